@@ -1,0 +1,2 @@
+//! The firmware. Built for the board by `cargo xtask firmware`.
+fn main() {}

@@ -1,0 +1,1 @@
+//! The soft finger on a desk: the controller's core against a simulated plant, with reports.

@@ -1,0 +1,2 @@
+//! Command line of the simulated finger.
+fn main() {}

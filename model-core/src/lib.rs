@@ -1,0 +1,11 @@
+//! Everything that decides anything in the controller of the soft rehabilitation finger.
+//!
+//! Pure functions of inputs and time: no clock, no I/O, no allocation, no float, no panic. The firmware calls
+//! [`controller::Controller::step`] once a millisecond with what the sensors read and writes the returned
+//! [`actuation::Actuation`] to its pins; `host-sim` does the same with a simulated plant.
+#![cfg_attr(not(any(test, feature = "host")), no_std)]
+#![forbid(unsafe_code)]
+
+pub mod actuation;
+pub mod sequence;
+pub mod units;
