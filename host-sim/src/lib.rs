@@ -1,1 +1,3 @@
 //! The soft finger on a desk: the controller's core against a simulated plant, with reports.
+
+pub mod trace;

@@ -7,5 +7,6 @@
 #![forbid(unsafe_code)]
 
 pub mod actuation;
+pub mod controller;
 pub mod sequence;
 pub mod units;
