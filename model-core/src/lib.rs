@@ -8,5 +8,7 @@
 
 pub mod actuation;
 pub mod controller;
+pub mod observer;
 pub mod sequence;
+pub mod supervisor;
 pub mod units;
