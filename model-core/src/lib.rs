@@ -9,6 +9,7 @@
 pub mod actuation;
 pub mod controller;
 pub mod observer;
+pub mod regulator;
 pub mod sequence;
 pub mod supervisor;
 pub mod units;

@@ -99,6 +99,9 @@ pub struct Observer {
 
 impl Observer {
     /// All chambers at atmosphere, everything open: a finger that rests.
+    ///
+    /// # Panics
+    /// When the dead time is 32 ticks or more; in `const` evaluation, as for the board's constants, at compile time.
     #[must_use]
     pub const fn new(pneumatics: Pneumatics) -> Self {
         assert!((pneumatics.dead_ticks as usize) < HISTORY, "the dead time must be shorter than the history");
