@@ -24,7 +24,8 @@ pub struct Pneumatics {
     pub valve_rate: I16F16,
     /// Critical pressure ratio b of the valves (ISO 6358).
     pub critical_ratio: I16F16,
-    /// Volume of one chamber in manifold volumes.
+    /// Volume of one chamber in manifold volumes, with what its growth under pressure takes beside: the air that one
+    /// chamber takes for 1 kPa, over what the manifold takes. The observer learns it.
     pub chamber_ratio: I16F16,
     /// Dead time of relay and valves in ticks, less than 32.
     pub dead_ticks: u8,
@@ -32,8 +33,8 @@ pub struct Pneumatics {
 
 impl Pneumatics {
     /// A 3 NL/min diaphragm pump with a stall pressure of 250 kPa, valves with a sonic conductance of
-    /// 0.025 NL/(s bar) and b = 0.3, a manifold of 5 mL, chambers of 6.8 mL (the paper's Table 1) that grow as they
-    /// bend, and 10 ms dead time: what the design assumes, to be checked against the bench.
+    /// 0.025 NL/(s bar) and b = 0.3, a manifold of 5 mL, chambers of 6.8 mL (the paper's Table 1) that take
+    /// 40 % more air as they bend, and 10 ms dead time: what the design assumes, to be checked against the bench.
     pub const NOMINAL: Self = Self {
         // 50 mL/s at 101.325 kPa into 5 mL: 1.013 kPa/ms.
         pump_rate: I16F16::lit("1.013"),
@@ -41,7 +42,7 @@ impl Pneumatics {
         // 0.025 NL/(s bar) / 5 mL * 101.325 kPa / 100 kPa, per millisecond.
         valve_rate: I16F16::lit("0.005066"),
         critical_ratio: I16F16::lit("0.3"),
-        chamber_ratio: I16F16::lit("1.5"),
+        chamber_ratio: I16F16::lit("1.9"),
         dead_ticks: 10,
     };
 
@@ -230,13 +231,23 @@ impl Observer {
             .fold(I16F16::ONE, |sum, _| sum.saturating_add(self.pneumatics.chamber_ratio))
     }
 
-    /// Takes the resting manifold's pressure as that of every chamber in `group`.
-    pub fn equalised(&mut self, group: PerSegment<bool>) {
+    /// Takes the resting manifold's pressure as that of every chamber in `group`, and learns the chambers' volume from
+    /// a flow that began at `from` and should have ended at `to`; less than 10 kPa teaches nothing.
+    pub fn equalised(&mut self, group: PerSegment<bool>, from: Pressure, to: Pressure) {
         for (chamber, member) in self.chambers.iter_mut().zip(group) {
             if member {
                 *chamber = self.slow;
             }
         }
+        let moved = (self.slow - from).to_fixed();
+        if moved.saturating_abs() < I16F16::lit("10") || from == to {
+            return;
+        }
+        // Coming out lower than expected means that the chambers take more air than was thought.
+        let excess = (to - self.slow).to_fixed().checked_div(moved).unwrap_or(I16F16::ZERO);
+        let correction = I16F16::ONE.saturating_add(excess.clamp(I16F16::lit("-0.3"), I16F16::lit("0.3")) / 2);
+        let ratio = &mut self.pneumatics.chamber_ratio;
+        *ratio = ratio.saturating_mul(correction).clamp(I16F16::lit("0.5"), I16F16::lit("6"));
     }
 }
 
@@ -322,8 +333,25 @@ mod tests {
     fn the_level_conserves_the_gas() {
         let mut observer = Observer::new(MODEL);
         observer.measure(Pressure::from_kpa(100));
-        // (100 + 1.5 * 0) / 2.5
-        assert!((observer.level([true, false, false]).to_f64() - 40.0).abs() < 0.5);
+        // The first tick's flow into the chamber is not yet worth half a kPa of the level.
+        let equal_shares = 100.0 / (1.0 + MODEL.chamber_ratio.to_num::<f64>());
+        assert!((observer.level([true, false, false]).to_f64() - equal_shares).abs() < 0.5);
         assert_eq!(observer.level([false; 3]), observer.manifold());
+    }
+
+    #[test]
+    fn a_flow_that_falls_short_teaches_a_larger_chamber() {
+        let mut observer = held_at_zero();
+        for _ in 0..200 {
+            observer.measure(Pressure::from_kpa(80));
+            observer.commanded(&Actuation::HOLD);
+        }
+        let group = [true, false, false];
+        let before = observer.pneumatics().chamber_ratio;
+        observer.equalised(group, Pressure::from_kpa(75), Pressure::from_kpa(100));
+        assert_eq!(observer.pneumatics().chamber_ratio, before, "5 kPa teach nothing");
+        observer.equalised(group, Pressure::ZERO, Pressure::from_kpa(100));
+        assert!(observer.pneumatics().chamber_ratio > before);
+        assert_eq!(observer.chambers()[0], observer.manifold_at_rest());
     }
 }

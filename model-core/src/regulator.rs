@@ -127,6 +127,9 @@ pub struct Regulator {
     /// What a pulse really moved over what it should have: learned.
     pump_gain: I16F16,
     dump_gain: I16F16,
+    /// The group's level when a flow began, and what the flow should have brought it to.
+    flow_from: Pressure,
+    flow_to: Pressure,
     pump_was_on: bool,
     pump_ticks: u16,
 }
@@ -150,6 +153,8 @@ impl Regulator {
             looks: [0; 3],
             pump_gain: I16F16::ONE,
             dump_gain: I16F16::ONE,
+            flow_from: Pressure::ZERO,
+            flow_to: Pressure::ZERO,
             pump_was_on: false,
             pump_ticks: 0,
         }
@@ -216,7 +221,8 @@ impl Regulator {
             Phase::Equalising(group) => {
                 let calm = (observer.manifold() - observer.manifold_at_rest()).abs() < Pressure::from_milli_kpa(250);
                 if observer.air_rests() && (self.ticks > 30 + dead && calm || self.ticks > 200) {
-                    observer.equalised(group);
+                    observer.equalised(group, self.flow_from, self.flow_to);
+                    (self.flow_from, self.flow_to) = (Pressure::ZERO, Pressure::ZERO);
                     self.seen(group);
                     self.phase = Phase::Resting(group);
                 }
@@ -269,12 +275,14 @@ impl Regulator {
         }
         let flow = direction.signed(self.error(first, &chambers)) > FLOW_BAND
             || (direction == Direction::Fall && get(&self.setpoints, first) == Pressure::ZERO);
-        if !flow {
-            // A dose has one target: chambers with another setpoint get a dose of their own.
-            let target = get(&self.setpoints, first);
-            for (index, chosen) in group.iter_mut().enumerate() {
-                *chosen = *chosen && (get(&self.setpoints, index) - target).abs() < HOLD_BAND;
-            }
+        let target = get(&self.setpoints, first);
+        for (index, chosen) in group.iter_mut().enumerate() {
+            // A flow takes those that have some way to go; a dose has one target, and the others get their own.
+            *chosen &= if flow {
+                index == first || direction.signed(self.error(index, &chambers)) > FLOW_BAND
+            } else {
+                (get(&self.setpoints, index) - target).abs() < HOLD_BAND
+            };
         }
         Some(Service { direction, group, flow })
     }
@@ -356,10 +364,11 @@ impl Regulator {
             let (one, other) = (at(near), at(far));
             return (one.min(other), one.midpoint(other).max(Pressure::ZERO), one.max(other));
         }
-        // Equalising turns this surplus into the missing pressure; the window is a third of a kPa in the chamber.
+        // Equalising turns this surplus into the missing pressure; the window is a third of a kPa in the chamber, or
+        // more while the setpoint runs away from anything finer.
         let signed_error = service.direction.signed(error);
         let aim = (level + signed_error.scaled(volume)).clamp(Pressure::ZERO, ceiling);
-        let half = Pressure::from_milli_kpa(300).scaled(volume);
+        let half = Pressure::from_milli_kpa(if self.moving(service.group) { 1500 } else { 300 }).scaled(volume);
         (aim - half, aim, aim + half)
     }
 
@@ -412,7 +421,9 @@ impl Regulator {
                     && self.ahead(other, direction) > self.ahead(index, direction) + HOLD_BAND
             });
             let coming = Pressure::from_fixed(get(&flows, index).saturating_mul(dead));
-            let missing = direction.signed(get(&self.setpoints, index) - (get(&chambers, index) + coming));
+            let arriving = direction.signed(get(&chambers, index) + coming);
+            let margin = if get(&self.still, index) > 0 { HOLD_BAND } else { Pressure::ZERO };
+            let missing = self.ahead(index, direction) - margin - arriving;
             if member(service.group, index) && others && missing <= Pressure::ZERO {
                 service.group = without(service.group, index);
             }
@@ -431,22 +442,26 @@ impl Regulator {
         // Take in those that go the same way and whose pressure the level has reached.
         for index in 0..3 {
             let reached = level + HOLD_BAND >= direction.signed(get(&chambers, index));
-            let goes = direction.signed(self.error(index, &chambers)) > MOVING_BAND;
+            let goes = direction.signed(self.error(index, &chambers)) > FLOW_BAND;
             if !member(service.group, index) && goes && reached {
                 service.group = with(service.group, index);
             }
         }
-        // The nearest setpoint of the group ends the flow; those that were let go no longer count.
+        // The furthest setpoint of the group ends the flow: those with nearer ones are let go on the way.
         let goal = (0..3)
             .filter(|&index| member(service.group, index))
             .map(|index| self.ahead(index, direction))
-            .min()
+            .max()
             .unwrap_or(level);
         let moving = self.moving(service.group);
         let stop = if moving { goal } else { goal - FLOW_MARGIN };
         let to_zero = direction == Direction::Fall && goal == Pressure::ZERO;
         let stop = if to_zero { Pressure::ZERO - EMPTY.midpoint(Pressure::ZERO) } else { stop };
         let arrived = level >= stop;
+        if self.ticks == 0 {
+            self.flow_from = observer.level(service.group);
+        }
+        self.flow_to = direction.signed(level);
 
         let strayed = (0..3).any(|index| !member(service.group, index) && self.off(index, observer));
         let turned = moving && level > goal + MOVING_BAND;
@@ -515,4 +530,77 @@ fn without(mut group: Group, index: usize) -> Group {
 /// The value at `index`, which is always one of three; the default keeps a panic out of the code.
 fn get<T: Copy + Default>(values: &PerSegment<T>, index: usize) -> T {
     values.get(index).copied().unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::observer::Pneumatics;
+    use proptest::prelude::*;
+
+    fn kpa(values: [i16; 3]) -> PerSegment<Pressure> {
+        values.map(Pressure::from_kpa)
+    }
+
+    /// Steps the regulator against readings that do not react; returns what it did last.
+    fn against(reading: i16, setpoints: PerSegment<Pressure>, ticks: u32) -> Actuation {
+        let mut observer = Observer::new(Pneumatics::NOMINAL);
+        let mut regulator = Regulator::new();
+        let mut last = Actuation::SAFE;
+        for _ in 0..ticks {
+            observer.measure(Pressure::from_kpa(reading));
+            last = regulator.step(setpoints, &mut observer);
+            observer.commanded(&last);
+        }
+        last
+    }
+
+    #[test]
+    fn zero_everywhere_vents() {
+        for ticks in [1, 2, 500] {
+            assert_eq!(against(0, kpa([0; 3]), ticks), Actuation::SAFE);
+            assert_eq!(against(150, kpa([0; 3]), ticks), Actuation::SAFE);
+        }
+    }
+
+    #[test]
+    fn a_large_step_runs_the_pump_into_the_chambers_that_rise() {
+        let actuation = against(0, kpa([60, 0, 60]), 60);
+        assert!(actuation.pump);
+        assert_eq!(actuation.dump, Passage::Closed);
+        assert_eq!(actuation.segments, [Passage::Open, Passage::Closed, Passage::Open]);
+    }
+
+    #[test]
+    fn the_pump_stops_when_the_manifold_is_at_its_ceiling() {
+        for ticks in 40..400 {
+            assert!(!against(160, kpa([150; 3]), ticks).pump, "tick {ticks}");
+        }
+    }
+
+    #[test]
+    fn a_setpoint_beyond_the_limits_is_taken_as_the_limit() {
+        assert_eq!(against(0, kpa([1000, 0, 0]), 60), against(0, kpa([150, 0, 0]), 60));
+        assert_eq!(against(0, kpa([-50; 3]), 60), Actuation::SAFE);
+    }
+
+    proptest! {
+        /// Whatever the sensor says: pump and dump never work against each other, and zero setpoints vent at once.
+        #[test]
+        fn no_reading_makes_it_contradict_itself(
+            readings in prop::collection::vec(any::<i32>(), 1..600),
+            setpoints in prop::array::uniform3(0_i16..=150),
+        ) {
+            let mut observer = Observer::new(Pneumatics::NOMINAL);
+            let mut regulator = Regulator::new();
+            for bits in readings {
+                observer.measure(Pressure::from_bits(bits));
+                let actuation = regulator.step(kpa(setpoints), &mut observer);
+                prop_assert!(!(actuation.pump && actuation.dump == Passage::Open));
+                observer.commanded(&actuation);
+            }
+            observer.measure(Pressure::MAX);
+            prop_assert_eq!(regulator.step(kpa([0; 3]), &mut observer), Actuation::SAFE);
+        }
+    }
 }
