@@ -1,3 +1,5 @@
 //! The soft finger on a desk: the controller's core against a simulated plant, with reports.
 
+pub mod mechanics;
+pub mod plant;
 pub mod trace;

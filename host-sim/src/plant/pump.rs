@@ -1,0 +1,65 @@
+//! The air pump behind its relay and its check valve.
+
+use super::delay::Delay;
+use super::parameters::PumpParameters;
+
+/// The pump: relay dead time, spin-up, and a flow that falls linearly to zero at the stall pressure.
+#[derive(Clone, Debug)]
+pub struct Pump {
+    relay: Delay<bool>,
+    /// Share of full speed after and in the middle of this tick, 0..=1.
+    speed: f64,
+    middle_speed: f64,
+    /// What remains of a speed difference after half a tick.
+    half_tick_decay: f64,
+    free_flow_nl_per_s: f64,
+    /// 1/stall pressure, per kPa.
+    per_stall_kpa: f64,
+}
+
+impl Pump {
+    /// At rest. `dead_time_ticks` and `lag_ms` are given apart because a scene may leave them out (zero).
+    #[must_use]
+    pub fn new(parameters: &PumpParameters, dead_time_ticks: u32, lag_ms: f64) -> Self {
+        Self {
+            relay: Delay::new(dead_time_ticks, false),
+            speed: 0.0,
+            middle_speed: 0.0,
+            half_tick_decay: if lag_ms > 0.0 { (-0.5 / lag_ms).exp() } else { 0.0 },
+            free_flow_nl_per_s: parameters.free_flow_nl_per_min / 60.0,
+            per_stall_kpa: 1.0 / parameters.stall_kpa,
+        }
+    }
+
+    /// One tick: takes the relay's command; `stuck` overrides the relay's contact.
+    pub fn step(&mut self, command: bool, stuck: Option<bool>) {
+        let contact = self.relay.step(command);
+        let target = if stuck.unwrap_or(contact) { 1.0 } else { 0.0 };
+        self.middle_speed = target + (self.speed - target) * self.half_tick_decay;
+        self.speed = target + (self.middle_speed - target) * self.half_tick_decay;
+        // An exponential never ends; a rotor does, and a still pump lets the plant skip the gas.
+        if self.speed < 1e-6 {
+            self.speed = 0.0;
+        }
+    }
+
+    /// True while it gives no flow at all in this tick.
+    #[must_use]
+    pub fn rests(&self) -> bool {
+        self.speed <= 0.0 && self.middle_speed <= 0.0
+    }
+
+    /// Share of full speed, 0..=1.
+    #[must_use]
+    pub fn speed(&self) -> f64 {
+        self.speed
+    }
+
+    /// Flow in NL/s into a manifold at a gauge pressure in kPa, at this tick's mean speed. Never negative: the check
+    /// valve.
+    #[inline]
+    #[must_use]
+    pub fn flow_nl_per_s(&self, gauge_kpa: f64) -> f64 {
+        (self.middle_speed * self.free_flow_nl_per_s * (1.0 - gauge_kpa * self.per_stall_kpa)).max(0.0)
+    }
+}

@@ -1,0 +1,133 @@
+//! The sensors as the controller reads them.
+
+use super::fault::SignalFault;
+use super::parameters::{BendSensorParameters, PressureSensorParameters};
+use model_core::controller::Reading;
+use model_core::units::{Bend, Pressure};
+
+/// The pressure sensor: lag, zero error, noise, divider, converter, and the nominal law back to kPa.
+#[derive(Clone, Debug)]
+pub struct PressureSensor {
+    parameters: PressureSensorParameters,
+    /// Share of the difference that the lag takes away in a tick; 1 without lag.
+    share: f64,
+    zero_error_kpa: f64,
+    quantised: bool,
+    /// Mean code steps per code: 1 when all conversions of a tick give the same code, more when noise dithers them.
+    steps_per_code: f64,
+    lagged_kpa: f64,
+    last_true_kpa: f64,
+    code: f64,
+}
+
+impl PressureSensor {
+    /// Settled at 0 kPa. `lag_ms` may be zero; `dithered` says that noise spreads a tick's conversions over several
+    /// codes.
+    #[must_use]
+    pub fn new(
+        parameters: &PressureSensorParameters,
+        lag_ms: f64,
+        zero_error_kpa: f64,
+        quantised: bool,
+        dithered: bool,
+    ) -> Self {
+        Self {
+            parameters: parameters.clone(),
+            share: if lag_ms > 0.0 { -(-1.0 / lag_ms).exp_m1() } else { 1.0 },
+            zero_error_kpa,
+            quantised,
+            steps_per_code: if dithered { f64::from(parameters.oversampling) } else { 1.0 },
+            lagged_kpa: 0.0,
+            last_true_kpa: 0.0,
+            code: 0.0,
+        }
+    }
+
+    fn codes(&self) -> f64 {
+        f64::from(self.parameters.adc_bits).exp2()
+    }
+
+    /// One tick: follows the true gauge pressure in kPa.
+    pub fn step(&mut self, true_kpa: f64) {
+        // Without lag the end of the tick counts; with lag the tick's mean, which makes it second-order accurate.
+        let drive = if self.share < 1.0 { 0.5 * (true_kpa + self.last_true_kpa) } else { true_kpa };
+        self.last_true_kpa = true_kpa;
+        self.lagged_kpa += (drive - self.lagged_kpa) * self.share;
+    }
+
+    /// Converts: `noise` is a draw of the standard normal distribution, or zero.
+    ///
+    /// The mean of a tick's conversions is not drawn conversion by conversion: each carries noise of several codes
+    /// (sqrt(oversampling) times the tick's), which dithers the steps away, so the mean's own step is what is left.
+    pub(super) fn convert(&mut self, noise: f64, fault: Option<SignalFault>) {
+        let p = &self.parameters;
+        let full = self.codes() - 1.0;
+        self.code = match fault {
+            Some(SignalFault::Open) => 0.0,
+            Some(SignalFault::Short) => full,
+            Some(SignalFault::Frozen) => self.code,
+            None => {
+                let seen_kpa = self.lagged_kpa + self.zero_error_kpa + noise * p.noise_kpa;
+                let volts = p.zero_volts + seen_kpa * p.volts_per_kpa;
+                let code = volts / p.full_scale_volts * self.codes();
+                let stepped =
+                    if self.quantised { (code * self.steps_per_code).round() / self.steps_per_code } else { code };
+                stepped.clamp(0.0, full)
+            }
+        };
+    }
+
+    /// The mean code of this tick's conversions, 0..=4095 with 12 bits: what the converter's input carries.
+    #[must_use]
+    pub fn code(&self) -> f64 {
+        self.code
+    }
+
+    /// What a driver with the nominal calibration makes of it.
+    #[must_use]
+    pub fn reading(&self) -> Reading<Pressure> {
+        let p = &self.parameters;
+        let volts = self.code * p.full_scale_volts / self.codes();
+        if self.code >= self.codes() - 1.0 {
+            Reading::AboveRange
+        } else if volts < p.below_range_volts {
+            Reading::BelowRange
+        } else {
+            Reading::Valid(Pressure::from_f64_kpa((volts - p.zero_volts) / p.volts_per_kpa))
+        }
+    }
+}
+
+/// The bend sensor over the whole finger.
+#[derive(Clone, Debug)]
+pub struct BendSensor {
+    parameters: BendSensorParameters,
+    gain: f64,
+    quantised: bool,
+}
+
+impl BendSensor {
+    /// With its gain (1 is right).
+    #[must_use]
+    pub fn new(parameters: &BendSensorParameters, gain: f64, quantised: bool) -> Self {
+        Self { parameters: parameters.clone(), gain, quantised }
+    }
+
+    /// The reading at a true bend in degrees; `noise` is a draw of the standard normal distribution, or zero.
+    ///
+    /// Below 0 it reads 0 (the calibration table's end), above the range `AboveRange`; a broken wire `BelowRange`.
+    #[must_use]
+    pub fn reading(&self, true_deg: f64, noise: f64, open: bool) -> Reading<Bend> {
+        if open {
+            return Reading::BelowRange;
+        }
+        let p = &self.parameters;
+        let seen = true_deg * self.gain + noise * p.noise_deg;
+        if seen > p.range_deg {
+            return Reading::AboveRange;
+        }
+        let seen = seen.max(0.0);
+        let stepped = if self.quantised { (seen / p.resolution_deg).round() * p.resolution_deg } else { seen };
+        Reading::Valid(Bend::from_f64_deg(stepped))
+    }
+}
