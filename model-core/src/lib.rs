@@ -8,5 +8,6 @@
 
 pub mod actuation;
 pub mod controller;
+pub mod inverse;
 pub mod sequence;
 pub mod units;
