@@ -1,8 +1,23 @@
 //! The controller: commands and sensor readings in, actuation and telemetry out, once a tick.
 
 use crate::actuation::{Actuation, PerSegment};
+use crate::inverse::pressure_from_bend;
+use crate::observer::{Observer, Pneumatics};
+use crate::regulator::Regulator;
 use crate::sequence::Sequence;
+use crate::sequence::player::Player;
+use crate::supervisor::Supervisor;
 use crate::units::{Bend, Coefficients, Millis, Pressure};
+
+/// The highest setpoint: the end of the paper's working range.
+pub use crate::sequence::MAX_PRESSURE as PRESSURE_LIMIT;
+
+/// The largest zero error of the pressure sensor that is trimmed away: the ISE30A's repeatability, 0.2 % of 1000 kPa.
+pub const ZERO_LIMIT: Pressure = Pressure::from_kpa(2);
+
+/// Ticks for which the vented finger must have been within [`ZERO_LIMIT`] before its zero is trusted: the last of the
+/// air has left by then.
+const ZERO_TICKS: u16 = 400;
 
 /// What a sensor said this tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,13 +122,44 @@ pub struct Outputs {
 #[derive(Clone, Debug)]
 pub struct Controller {
     coefficients: Coefficients,
+    reference: Source,
+    observer: Observer,
+    regulator: Regulator,
+    supervisor: Supervisor,
+    inputs: Option<Inputs>,
+    /// What the sensor reads at atmosphere, and for how many ticks the vented finger has been near it.
+    zero: Pressure,
+    rested: u16,
+}
+
+/// Where the setpoints come from.
+#[derive(Clone, Debug)]
+enum Source {
+    Vented,
+    Manual(PerSegment<Pressure>),
+    Sequence(Player),
 }
 
 impl Controller {
-    /// Starts vented.
+    /// Starts vented, with the nominal pneumatics.
     #[must_use]
     pub const fn new(coefficients: Coefficients) -> Self {
-        Self { coefficients }
+        Self::with_pneumatics(coefficients, Pneumatics::NOMINAL)
+    }
+
+    /// Starts vented, with other pneumatics.
+    #[must_use]
+    pub const fn with_pneumatics(coefficients: Coefficients, pneumatics: Pneumatics) -> Self {
+        Self {
+            coefficients,
+            reference: Source::Vented,
+            observer: Observer::new(pneumatics),
+            regulator: Regulator::new(),
+            supervisor: Supervisor::new(),
+            inputs: None,
+            zero: Pressure::ZERO,
+            rested: 0,
+        }
     }
 
     /// The calibration in use.
@@ -125,16 +171,73 @@ impl Controller {
     /// Takes a command.
     ///
     /// # Errors
-    /// Says why the command was not taken; nothing changes then.
+    /// Says why the command was not taken; nothing changes then. Venting is always taken.
     pub fn command(&mut self, command: Command) -> Result<(), Rejection> {
-        let _ = command;
+        let next = match command {
+            Command::Vent => Source::Vented,
+            Command::ClearFault => {
+                let inputs = self.inputs.ok_or(Rejection::NoFault)?;
+                return self.supervisor.clear(&inputs);
+            }
+            Command::Run(_) | Command::Setpoints(_) if self.supervisor.fault().is_some() => {
+                return Err(Rejection::Faulted);
+            }
+            Command::Run(sequence) => Source::Sequence(Player::start(sequence)),
+            Command::Setpoints(setpoints) => {
+                if setpoints.iter().any(|&setpoint| setpoint < Pressure::ZERO || setpoint > PRESSURE_LIMIT) {
+                    return Err(Rejection::SetpointOutOfLimits);
+                }
+                Source::Manual(setpoints)
+            }
+        };
+        self.reference = next;
         Ok(())
     }
 
     /// One tick of one millisecond.
     pub fn step(&mut self, inputs: &Inputs) -> Outputs {
-        let _ = inputs;
-        Outputs {
+        self.inputs = Some(*inputs);
+        if let Reading::Valid(manifold) = inputs.manifold {
+            self.observer.measure(manifold - self.zero);
+        }
+        let fault = self.supervisor.watch(inputs);
+        if fault.is_some() {
+            // A sequence never goes on by itself after a fault.
+            self.reference = Source::Vented;
+        }
+        let mut outputs = self.refer();
+        outputs.actuation = match (fault, outputs.mode) {
+            (Some(fault), _) => {
+                outputs.mode = Mode::Faulted(fault);
+                self.regulator.vent()
+            }
+            (None, Mode::Running | Mode::Holding) => self.regulator.step(outputs.setpoints, &mut self.observer),
+            (None, _) => self.regulator.vent(),
+        };
+        self.observer.commanded(&outputs.actuation);
+        self.follow_zero(inputs.manifold, outputs.actuation);
+        outputs.estimates = self.observer.chambers();
+        outputs
+    }
+
+    /// Trims the sensor's zero while the finger is vented and has been at atmosphere for long enough. Only
+    /// [`ZERO_LIMIT`] can be trimmed: more is no zero error.
+    fn follow_zero(&mut self, manifold: Reading<Pressure>, actuation: Actuation) {
+        match manifold {
+            Reading::Valid(reading) if actuation == Actuation::SAFE && reading.abs() <= ZERO_LIMIT => {
+                self.rested = self.rested.saturating_add(1);
+                if self.rested > ZERO_TICKS {
+                    let off = reading.to_bits().saturating_sub(self.zero.to_bits());
+                    self.zero = self.zero + Pressure::from_bits(off >> 7);
+                }
+            }
+            _ => self.rested = 0,
+        }
+    }
+
+    /// This tick's mode and setpoints.
+    fn refer(&mut self) -> Outputs {
+        let mut outputs = Outputs {
             actuation: Actuation::SAFE,
             mode: Mode::Vented,
             setpoints: [Pressure::ZERO; 3],
@@ -142,6 +245,30 @@ impl Controller {
             step: 0,
             repeat: 0,
             holding: false,
+        };
+        match &mut self.reference {
+            Source::Vented => {}
+            Source::Manual(setpoints) => {
+                (outputs.mode, outputs.setpoints, outputs.holding) = (Mode::Holding, *setpoints, true);
+            }
+            Source::Sequence(player) => {
+                let coefficients = self.coefficients;
+                let reference = player
+                    .advance(|bend| pressure_from_bend(&coefficients, bend).clamp(Pressure::ZERO, PRESSURE_LIMIT));
+                if reference.finished {
+                    self.reference = Source::Vented;
+                    return outputs;
+                }
+                outputs = Outputs {
+                    mode: Mode::Running,
+                    setpoints: reference.setpoints,
+                    step: reference.step,
+                    repeat: reference.repeat,
+                    holding: reference.holding,
+                    ..outputs
+                };
+            }
         }
+        outputs
     }
 }

@@ -8,6 +8,7 @@
 
 pub mod actuation;
 pub mod controller;
+pub mod inverse;
 pub mod observer;
 pub mod regulator;
 pub mod sequence;
