@@ -7,6 +7,7 @@
 #![forbid(unsafe_code)]
 
 pub mod actuation;
+pub mod calibration;
 pub mod controller;
 pub mod inverse;
 pub mod observer;
