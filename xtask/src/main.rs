@@ -1,2 +1,79 @@
-//! Chores.
-fn main() {}
+//! The project's chores, in Rust so that they run wherever the project does: `cargo xtask help`.
+
+mod firmware;
+mod image;
+mod steps;
+mod toolchain;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+use std::path::{Path, PathBuf};
+
+#[derive(Parser)]
+#[command(name = "cargo xtask", about = "The project's chores")]
+struct Arguments {
+    #[command(subcommand)]
+    chore: Chore,
+}
+
+#[derive(Subcommand)]
+enum Chore {
+    /// Installs what the firmware's build needs and is missing.
+    Setup,
+    /// Sets up, then passes all the tests: format, lints, host, documentation, firmware, a run of the simulator.
+    Test,
+    /// Builds the firmware: target/firmware/firmware.{elf,bin,hex}, with flash and RAM.
+    Firmware {
+        /// Prints the sizes as JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Makes the pictures that the README shows anew, from a run of the simulator.
+    Pictures,
+}
+
+fn main() -> std::process::ExitCode {
+    let outcome = match Arguments::parse().chore {
+        Chore::Setup => toolchain::set_up().map(|route| println!("firmware toolchain: {route}")),
+        Chore::Test => steps::test(),
+        Chore::Firmware { json } => firmware::build_and_report(json),
+        Chore::Pictures => steps::pictures(),
+    };
+    match outcome {
+        Ok(()) => std::process::ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            std::process::ExitCode::FAILURE
+        }
+    }
+}
+
+/// The workspace's root.
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("xtask lies in the workspace").to_path_buf()
+}
+
+/// A command in the workspace's root, free of what the `cargo` that runs this has set for its own children.
+fn command(program: &str) -> std::process::Command {
+    let mut command = std::process::Command::new(program);
+    command.current_dir(root());
+    for (name, _) in std::env::vars_os() {
+        let name = name.to_string_lossy();
+        let inherited = name.starts_with("CARGO_PKG_")
+            || name.starts_with("CARGO_BIN_")
+            || ["CARGO", "CARGO_MANIFEST_DIR", "CARGO_MANIFEST_PATH", "CARGO_PRIMARY_PACKAGE", "RUSTC"]
+                .contains(&name.as_ref());
+        if inherited {
+            command.env_remove(name.as_ref());
+        }
+    }
+    command
+}
+
+/// Runs a command to its end.
+fn run(command: &mut std::process::Command) -> Result<()> {
+    let line = format!("{command:?}");
+    let status = command.status().map_err(|error| anyhow::anyhow!("cannot start {line}: {error}"))?;
+    anyhow::ensure!(status.success(), "{line} ended with {status}");
+    Ok(())
+}

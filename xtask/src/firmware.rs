@@ -1,0 +1,45 @@
+//! Builds the firmware and says how much of the chip it takes.
+
+use crate::{image, root, run, toolchain};
+use anyhow::{Context, Result, ensure};
+use std::fs;
+
+/// The most flash that the firmware may take.
+const FLASH_LIMIT: u64 = 96 * 1024;
+/// The most static RAM that it may take.
+const RAM_LIMIT: u64 = 24 * 1024;
+
+/// Builds, writes the images, prints the sizes, and fails when they are over their limits.
+pub fn build_and_report(json: bool) -> Result<()> {
+    let route = toolchain::set_up()?;
+    let (mut cargo, folder) = toolchain::cargo_build(route);
+    run(cargo.args(["--package", "firmware"]))?;
+    let elf = fs::read(folder.join("firmware")).context("the build left no firmware")?;
+    let flat = image::image(&elf)?;
+    let out = root().join("target").join("firmware");
+    fs::create_dir_all(&out)?;
+    fs::write(out.join("firmware.elf"), &elf)?;
+    fs::write(out.join("firmware.bin"), &flat.bytes)?;
+    fs::write(out.join("firmware.hex"), image::hex(&flat)?)?;
+    let sizes = image::sizes(&elf)?;
+    if json {
+        let report = serde_json::json!({
+            "flash_bytes": sizes.flash_bytes,
+            "flash_limit_bytes": FLASH_LIMIT,
+            "ram_bytes": sizes.ram_bytes,
+            "ram_limit_bytes": RAM_LIMIT,
+            "toolchain": route.to_string(),
+        });
+        println!("{report}");
+    } else {
+        println!("built with {route}: target/firmware/firmware.elf, .bin, .hex");
+        for (name, bytes) in &sizes.sections {
+            println!("  {name:<16}{bytes:>9} bytes");
+        }
+        println!("  {:<16}{:>9} bytes of {FLASH_LIMIT}", "flash", sizes.flash_bytes);
+        println!("  {:<16}{:>9} bytes of {RAM_LIMIT}, without the stack", "RAM", sizes.ram_bytes);
+    }
+    ensure!(sizes.flash_bytes <= FLASH_LIMIT, "flash: {} bytes, over the limit of {FLASH_LIMIT}", sizes.flash_bytes);
+    ensure!(sizes.ram_bytes <= RAM_LIMIT, "RAM: {} bytes, over the limit of {RAM_LIMIT}", sizes.ram_bytes);
+    Ok(())
+}

@@ -1,0 +1,79 @@
+//! Chores of several steps, each announced and timed.
+
+use crate::{command, firmware, root, run, toolchain};
+use anyhow::{Context, Result, ensure};
+use std::fs;
+use std::time::Instant;
+
+/// One step: what it is, and how it is done.
+type Step = (&'static str, fn() -> Result<()>);
+
+/// Everything that must hold before a change is accepted.
+pub fn test() -> Result<()> {
+    let steps: [Step; 8] = [
+        ("firmware toolchain", || toolchain::set_up().map(|route| println!("{route}"))),
+        ("format", || cargo(&["fmt", "--all", "--check"])),
+        ("lints", || cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"])),
+        ("host tests", || cargo(&["test"])),
+        ("xtask's tests", || cargo(&["test", "--package", "xtask"])),
+        ("documentation", || {
+            run(command("cargo").args(["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))
+        }),
+        ("firmware and its size", || firmware::build_and_report(false)),
+        ("simulator's main job", simulator),
+    ];
+    let mut times = Vec::new();
+    for (index, (name, step)) in steps.iter().enumerate() {
+        println!("== {}/{} {name}", index + 1, steps.len());
+        let start = Instant::now();
+        step().with_context(|| format!("step '{name}' failed"))?;
+        times.push((name, start.elapsed()));
+    }
+    println!("== all passed");
+    for (name, time) in times {
+        println!("  {name:<24}{:>7.1} s", time.as_secs_f64());
+    }
+    Ok(())
+}
+
+fn cargo(arguments: &[&str]) -> Result<()> {
+    run(command("cargo").args(arguments))
+}
+
+/// The README's first command, twice: it works, and the same seed gives the same bytes.
+fn simulator() -> Result<()> {
+    let folders = ["target/xtask-run-1", "target/xtask-run-2"].map(|folder| root().join(folder));
+    for folder in &folders {
+        if folder.exists() {
+            fs::remove_dir_all(folder)?;
+        }
+        let mut cargo = command("cargo");
+        cargo.args(["run", "--release", "--quiet", "--", "run", "--seed", "1", "--out"]).arg(folder);
+        run(&mut cargo)?;
+    }
+    let [one, other] = &folders;
+    let mut files = 0;
+    for entry in fs::read_dir(one)? {
+        let name = entry?.file_name();
+        let same = fs::read(one.join(&name))? == fs::read(other.join(&name)).unwrap_or_default();
+        ensure!(same, "{} differs between two runs with the same seed", name.display());
+        files += 1;
+    }
+    ensure!(files > 0, "the run left no files");
+    println!("{files} files, the same bytes twice");
+    Ok(())
+}
+
+/// Copies a run's pictures to docs/images.
+pub fn pictures() -> Result<()> {
+    let folder = root().join("target/pictures");
+    let mut cargo = command("cargo");
+    run(cargo.args(["run", "--release", "--quiet", "--", "run", "--seed", "1", "--out"]).arg(&folder))?;
+    let images = root().join("docs/images");
+    fs::create_dir_all(&images)?;
+    for name in ["finger.svg", "pressures.svg", "actuation.svg"] {
+        fs::copy(folder.join(name), images.join(name)).with_context(|| format!("the run left no {name}"))?;
+        println!("docs/images/{name}");
+    }
+    Ok(())
+}

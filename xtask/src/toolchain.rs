@@ -1,0 +1,192 @@
+//! Which toolchain builds for the Cortex-M4 here.
+//!
+//! 1. The pinned toolchain has the target's library: plain cargo.
+//! 2. rustup can add it: plain cargo afterwards.
+//! 3. Debian's own rustc comes with the library's source, and builds it for the target; as root it is installed.
+//! 4. Otherwise one line says what to install.
+
+use crate::{command, run};
+use anyhow::{Result, bail};
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The target of the STM32F446RE: Cortex-M4 with FPU.
+pub const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// What Debian packages the third route needs.
+const PACKAGES: [&str; 4] = ["rustc-web", "cargo-web", "rust-web-src", "lld"];
+
+/// A way to build for the target.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Route {
+    /// The pinned toolchain.
+    Rustup,
+    /// Debian's rustc, building the core library from source.
+    Debian,
+}
+
+impl fmt::Display for Route {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Rustup => "the pinned toolchain with rustup's target library",
+            Self::Debian => "Debian's rustc with the core library from source",
+        })
+    }
+}
+
+/// What was found on this machine.
+#[derive(Clone, Copy, Debug)]
+struct Facts {
+    target_library: bool,
+    debian_rustc: bool,
+    apt_as_root: bool,
+}
+
+/// What to do next.
+#[derive(Debug, PartialEq, Eq)]
+enum Decision {
+    Use(Route),
+    InstallFromDebian,
+    GiveUp,
+}
+
+/// Pure, so that every case can be tested anywhere.
+fn decide(facts: Facts) -> Decision {
+    match facts {
+        Facts { target_library: true, .. } => Decision::Use(Route::Rustup),
+        Facts { debian_rustc: true, .. } => Decision::Use(Route::Debian),
+        Facts { apt_as_root: true, .. } => Decision::InstallFromDebian,
+        _ => Decision::GiveUp,
+    }
+}
+
+/// Finds a route, installing what is missing where that can be done.
+pub fn set_up() -> Result<Route> {
+    if !target_library() {
+        // Its failure is no error yet: Debian's packages may do.
+        let added = command("rustup").args(["target", "add", TARGET]).output();
+        if added.is_ok_and(|output| output.status.success()) && target_library() {
+            return Ok(Route::Rustup);
+        }
+    }
+    match decide(facts()) {
+        Decision::Use(route) => Ok(route),
+        Decision::InstallFromDebian => {
+            println!("installing {} (Debian)", PACKAGES.join(", "));
+            run(command("apt-get").args(["update", "-qq"]))?;
+            run(command("apt-get")
+                .args(["install", "-qq", "-y", "--no-install-recommends"])
+                .args(PACKAGES)
+                .env("DEBIAN_FRONTEND", "noninteractive"))?;
+            match decide(facts()) {
+                Decision::Use(route) => Ok(route),
+                _ => bail!("Debian's packages {} are installed, but /usr/bin/rustc has no source", PACKAGES.join(", ")),
+            }
+        }
+        Decision::GiveUp => bail!(
+            "no library for {TARGET}: run `rustup target add {TARGET}`, or on Debian as root `apt-get install {}`",
+            PACKAGES.join(" ")
+        ),
+    }
+}
+
+fn facts() -> Facts {
+    Facts {
+        target_library: target_library(),
+        debian_rustc: debian_rustc(),
+        apt_as_root: Path::new("/usr/bin/apt-get").exists() && is_root(),
+    }
+}
+
+/// Whether the pinned toolchain has the target's library. rustup's own list is no proof: it names what the toolchain
+/// file asks for.
+fn target_library() -> bool {
+    let Some(sysroot) = sysroot("rustc") else { return false };
+    sysroot.join("lib/rustlib").join(TARGET).join("lib").is_dir()
+}
+
+fn debian_rustc() -> bool {
+    let tools = ["/usr/bin/rustc", "/usr/bin/cargo"].iter().all(|tool| Path::new(tool).exists());
+    let source = sysroot("/usr/bin/rustc").map(|root| root.join("lib/rustlib/src/rust/library/core"));
+    tools && source.is_some_and(|path| path.exists())
+}
+
+fn sysroot(rustc: &str) -> Option<PathBuf> {
+    let output = command(rustc).args(["--print", "sysroot"]).output().ok()?;
+    output.status.success().then(|| PathBuf::from(String::from_utf8_lossy(&output.stdout).trim()))
+}
+
+fn is_root() -> bool {
+    let id = command("id").arg("-u").output();
+    id.is_ok_and(|output| output.stdout.trim_ascii() == b"0")
+}
+
+/// A `cargo build` for the target, and where it puts its files.
+pub fn cargo_build(route: Route) -> (Command, PathBuf) {
+    // A folder of its own: two compilers' files do not mix.
+    let folder = crate::root().join("target").join("thumb");
+    let mut cargo = match route {
+        Route::Rustup => command("cargo"),
+        Route::Debian => {
+            let mut cargo = command("/usr/bin/cargo");
+            // rustup's variables would take the build back to its own compiler.
+            for name in ["RUSTUP_TOOLCHAIN", "RUSTC_WRAPPER", "RUSTFLAGS", "CARGO_ENCODED_RUSTFLAGS"] {
+                cargo.env_remove(name);
+            }
+            let mut path = vec![PathBuf::from("/usr/bin")];
+            // The link step asks for `rust-lld`: rustup's copy, or Debian's lld under its own name.
+            let lld = sysroot("rustc").map(|root| root.join("lib/rustlib/x86_64-unknown-linux-gnu/bin"));
+            match lld.filter(|folder| folder.join("rust-lld").exists()) {
+                Some(folder) => path.push(folder),
+                None => {
+                    cargo.env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", "ld.lld");
+                }
+            }
+            path.extend(std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default()));
+            if let Ok(path) = std::env::join_paths(path) {
+                cargo.env("PATH", path);
+            }
+            cargo.env("RUSTC", "/usr/bin/rustc").env("RUSTC_BOOTSTRAP", "1");
+            cargo
+        }
+    };
+    cargo.args(["build", "--release", "--target", TARGET, "--target-dir"]).arg(&folder);
+    if route == Route::Debian {
+        cargo.arg("-Zbuild-std=core,alloc");
+    }
+    // Without it nothing is logged.
+    cargo.env("DEFMT_LOG", std::env::var("DEFMT_LOG").unwrap_or_else(|_| "info".into()));
+    (cargo, folder.join(TARGET).join("release"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_route_wins() {
+        for bits in 0..8_u8 {
+            let [target_library, debian_rustc, apt_as_root] = [1, 2, 4].map(|bit| bits & bit != 0);
+            let expected = if target_library {
+                Decision::Use(Route::Rustup)
+            } else if debian_rustc {
+                Decision::Use(Route::Debian)
+            } else if apt_as_root {
+                Decision::InstallFromDebian
+            } else {
+                Decision::GiveUp
+            };
+            assert_eq!(decide(Facts { target_library, debian_rustc, apt_as_root }), expected);
+        }
+    }
+
+    #[test]
+    fn only_debians_compiler_builds_the_library() {
+        let arguments = |route| -> Vec<String> {
+            cargo_build(route).0.get_args().map(|argument| argument.to_string_lossy().into_owned()).collect()
+        };
+        assert!(arguments(Route::Debian).iter().any(|argument| argument.starts_with("-Zbuild-std")));
+        assert!(!arguments(Route::Rustup).iter().any(|argument| argument.starts_with("-Z")));
+    }
+}
