@@ -67,12 +67,13 @@ impl Bend {
             let absolute = content_nl * REFERENCE_KPA / volume;
             (model - (absolute - atmosphere_kpa), slope + absolute / volume * self.growth_l_per_rad * self.share)
         };
-        if excess(0.0).0 >= 0.0 {
+        // A vented chamber's gauge pressure is rounding, about 1e-14 kPa: nothing to search in.
+        if excess(0.0).0 >= -1e-11 {
             return 0.0;
         }
         // Newton from the last bend, a bracket around it for the cases where it would leave.
         let (mut low, mut high) = (0.0, PI);
-        let mut goal = self.goal.max(1e-3);
+        let mut goal = self.goal.max(1e-5);
         for _ in 0..60 {
             let (value, slope) = excess(goal);
             if value < 0.0 {
