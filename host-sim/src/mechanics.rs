@@ -104,3 +104,103 @@ pub fn angle_from_pressure_rad(coefficients: &[f64; 3], pressure_kpa: f64) -> f6
 pub fn angle_from_pressure_deg(coefficients: &[f64; 3], pressure_kpa: f64) -> f64 {
     angle_from_pressure_rad(coefficients, pressure_kpa).to_degrees()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Chamber with exoskeleton, and bare chamber.
+    const EXO: [f64; 3] = [0.0, 13.84, 0.336];
+    const BARE: [f64; 3] = [35.3, 7.24, 0.831];
+
+    /// Angle (rad) and pressure (kPa) by 50 digits of mpmath, from the definition as it is written in the paper:
+    /// `l = a/sin(a); A = 4*(l - l**-5); B = 2*A*(2*l*l + l**-4 - 3); P = k*a + c1*A + c2*B`.
+    const BY_50_DIGITS: [([f64; 3], f64, f64); 16] = [
+        (EXO, 1e-9, 5.536_000_000_000_001e-17),
+        (EXO, 0.001, 5.535_998_339_200_516_6e-5),
+        (EXO, 0.1, 0.551_944_355_473_814_2),
+        (EXO, 0.5, 12.879_085_206_827_36),
+        (EXO, 1.0, 43.105_456_965_972_33),
+        (EXO, 1.5, 82.393_706_299_576_34),
+        (EXO, 2.0, 160.058_612_289_041_18),
+        (EXO, 2.9, 10_147.453_282_183_45),
+        (BARE, 1e-9, 3.530_000_002_896_00e-8),
+        (BARE, 0.001, 0.035_328_959_991_312_005),
+        (BARE, 0.1, 3.818_735_638_223_042),
+        (BARE, 0.5, 24.412_458_193_797_832),
+        (BARE, 1.0, 59.158_963_249_696_85),
+        (BARE, 1.5, 108.424_312_097_344_78),
+        (BARE, 2.0, 231.104_632_285_375_86),
+        (BARE, 2.9, 23_890.621_736_273_177),
+    ];
+
+    #[test]
+    fn agrees_with_fifty_digits() {
+        for (coefficients, alpha, expected) in BY_50_DIGITS {
+            let pressure = pressure_and_slope(&coefficients, alpha).0;
+            // At 2.9 rad the sine itself has lost two digits.
+            let allowed = if alpha > 2.5 { 1e-13 } else { 3e-15 };
+            assert!((pressure / expected - 1.0).abs() < allowed, "{alpha}: {pressure} not {expected}");
+        }
+    }
+
+    #[test]
+    fn nothing_cancels_near_zero() {
+        // P / (4 c1 a^2) = 1 - O(a^2): the leading term alone is exact to f64 below 1e-8.
+        for exponent in -150..=-9 {
+            let alpha = 10_f64.powi(exponent);
+            let ratio = pressure_and_slope(&EXO, alpha).0 / (4.0 * EXO[1] * alpha * alpha);
+            assert!((ratio - 1.0).abs() < 1e-14, "{alpha}: {ratio}");
+        }
+    }
+
+    #[test]
+    fn the_series_joins_the_closed_form() {
+        let below = SERIES_BELOW.next_down();
+        assert!((one_minus_sinc(below) / one_minus_sinc(SERIES_BELOW) - 1.0).abs() < 1e-14);
+        assert!((spherical_bessel_1(below) / spherical_bessel_1(SERIES_BELOW) - 1.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn ends_of_the_domain() {
+        for pressure in [0.0, -0.0, -1e-300, -100.0, f64::NEG_INFINITY, f64::NAN] {
+            assert!(angle_from_pressure_deg(&EXO, pressure).abs() <= 0.0);
+        }
+        assert!(angle_from_pressure_deg(&EXO, f64::MAX) <= 180.0);
+        assert!(angle_from_pressure_deg(&EXO, f64::MIN_POSITIVE) > 0.0);
+        assert!(pressure_from_angle_kpa(&EXO, -5.0).abs() <= 0.0);
+        assert!(pressure_from_angle_kpa(&EXO, 180.0).is_infinite());
+    }
+
+    #[test]
+    fn agrees_with_the_paper_within_its_fit() {
+        // Table 2, chamber with exoskeleton.
+        for (pressure, measured) in [(30.0, 46.3), (60.0, 71.0), (90.0, 89.6), (120.0, 103.7), (150.0, 112.6)] {
+            let bend = angle_from_pressure_deg(&EXO, pressure);
+            assert!((bend / measured - 1.0_f64).abs() < 0.0085, "{pressure} kPa: {bend}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn round_trip(k in 0.0..60.0, c1 in 5.0..40.0, c2 in 0.0..2.0, exponent in -12.0..2.6) {
+            let pressure = 10_f64.powf(exponent);
+            let angle = angle_from_pressure_deg(&[k, c1, c2], pressure);
+            let back = pressure_from_angle_kpa(&[k, c1, c2], angle);
+            prop_assert!((back / pressure - 1.0_f64).abs() < 1e-13, "{} not {}", back, pressure);
+        }
+
+        #[test]
+        fn the_slope_is_the_derivative(k in 0.0..60.0, c1 in 5.0..40.0, c2 in 0.0..2.0, alpha in 0.01..2.5) {
+            let pressure = |alpha| pressure_and_slope(&[k, c1, c2], alpha).0;
+            let step = 1e-4 * alpha;
+            // Four points: error of order step^4.
+            let difference = (8.0 * (pressure(alpha + step) - pressure(alpha - step))
+                - (pressure(alpha + 2.0 * step) - pressure(alpha - 2.0 * step)))
+                / (12.0 * step);
+            let slope = pressure_and_slope(&[k, c1, c2], alpha).1;
+            prop_assert!((slope / difference - 1.0_f64).abs() < 1e-8, "{} not {}", slope, difference);
+        }
+    }
+}

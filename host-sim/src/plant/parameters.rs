@@ -176,12 +176,13 @@ impl Default for BendSensorParameters {
 /// Integration.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct IntegrationParameters {
-    /// Sub-steps of the gas per tick of 1 ms, at least 1. Default 10: see the convergence test of the plant.
+    /// Sub-steps of the gas per tick of 1 ms, at least 1. Default 5: within 0.003 kPa of 200 sub-steps, a hundredth of
+    /// the sensor's noise (`finer_sub_steps_change_little`).
     pub sub_steps: u32,
 }
 
 impl Default for IntegrationParameters {
     fn default() -> Self {
-        Self { sub_steps: 10 }
+        Self { sub_steps: 5 }
     }
 }

@@ -63,3 +63,43 @@ impl Pump {
         (self.middle_speed * self.free_flow_nl_per_s * (1.0 - gauge_kpa * self.per_stall_kpa)).max(0.0)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn flow_falls_linearly_and_never_reverses() {
+        let mut pump = Pump::new(&PumpParameters::default(), 0, 0.0);
+        assert!(pump.rests());
+        pump.step(true, None);
+        // 3 NL/min is 0.05 NL/s; stall at 250 kPa.
+        for (gauge, expected) in [(0.0, 0.05), (125.0, 0.025), (150.0, 0.02), (250.0, 0.0), (400.0, 0.0)] {
+            assert!((pump.flow_nl_per_s(gauge) - expected).abs() < 1e-15, "{gauge}");
+        }
+    }
+
+    #[test]
+    fn speed_follows_after_the_dead_time() {
+        let parameters = PumpParameters::default();
+        let mut pump = Pump::new(&parameters, 10, 15.0);
+        for _ in 0..10 {
+            pump.step(true, None);
+            assert!(pump.rests());
+        }
+        for _ in 0..15 {
+            pump.step(true, None);
+        }
+        assert!((pump.speed() - (1.0 - (-1.0_f64).exp())).abs() < 1e-12);
+        for _ in 0..10 {
+            pump.step(false, None);
+        }
+        assert!(pump.speed() > 0.8);
+        for _ in 0..300 {
+            pump.step(false, None);
+        }
+        assert!(pump.rests());
+        pump.step(false, Some(true));
+        assert!(!pump.rests());
+    }
+}

@@ -131,3 +131,78 @@ impl BendSensor {
         Reading::Valid(Bend::from_f64_deg(stepped))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pressure_sensor(quantised: bool, dithered: bool) -> PressureSensor {
+        PressureSensor::new(&PressureSensorParameters::default(), 0.0, 0.0, quantised, dithered)
+    }
+
+    fn value(reading: Reading<Pressure>) -> f64 {
+        match reading {
+            Reading::Valid(pressure) => pressure.to_f64(),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn reads_within_half_a_step() {
+        // One code is 5 V / 4096 / (4 mV/kPa) = 0.305 kPa; sixteen dithered conversions give a sixteenth.
+        for (dithered, step) in [(false, 0.305_18), (true, 0.305_18 / 16.0)] {
+            let mut sensor = pressure_sensor(true, dithered);
+            for tenths in -1000..9900 {
+                let kpa = f64::from(tenths) / 10.0;
+                sensor.step(kpa);
+                sensor.convert(0.0, None);
+                assert!((value(sensor.reading()) - kpa).abs() <= 0.5 * step + 1e-4, "{kpa}");
+            }
+        }
+    }
+
+    #[test]
+    fn ends_of_its_range() {
+        let mut sensor = pressure_sensor(true, true);
+        sensor.convert(0.0, Some(SignalFault::Open));
+        assert_eq!(sensor.reading(), Reading::BelowRange);
+        sensor.convert(0.0, Some(SignalFault::Short));
+        assert_eq!(sensor.reading(), Reading::AboveRange);
+        sensor.step(1200.0);
+        sensor.convert(0.0, None);
+        assert_eq!(sensor.reading(), Reading::AboveRange);
+        sensor.step(-130.0);
+        sensor.convert(0.0, None);
+        assert_eq!(sensor.reading(), Reading::BelowRange);
+    }
+
+    #[test]
+    fn a_frozen_sensor_keeps_its_reading() {
+        let mut sensor = pressure_sensor(false, false);
+        sensor.step(50.0);
+        sensor.convert(0.0, None);
+        sensor.step(80.0);
+        sensor.convert(1.0, Some(SignalFault::Frozen));
+        assert!((value(sensor.reading()) - 50.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn lags_by_its_time_constant() {
+        let mut sensor = PressureSensor::new(&PressureSensorParameters::default(), 2.5, 0.0, false, false);
+        // A ramp of 1 kPa/ms is followed with a delay of the time constant.
+        for tick in 1..=100 {
+            sensor.step(f64::from(tick));
+        }
+        sensor.convert(0.0, None);
+        assert!((value(sensor.reading()) - 97.5).abs() < 0.05);
+    }
+
+    #[test]
+    fn bend_steps_and_range() {
+        let sensor = BendSensor::new(&BendSensorParameters::default(), 1.01, true);
+        assert_eq!(sensor.reading(100.0, 0.0, false), Reading::Valid(Bend::from_deg(101)));
+        assert_eq!(sensor.reading(0.0, -2.0, false), Reading::Valid(Bend::ZERO));
+        assert_eq!(sensor.reading(358.0, 0.0, false), Reading::AboveRange);
+        assert_eq!(sensor.reading(100.0, 0.0, true), Reading::BelowRange);
+    }
+}

@@ -98,3 +98,61 @@ impl Valve {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn orifice() -> Orifice {
+        Orifice::new(&OrificeParameters::default())
+    }
+
+    #[test]
+    fn agrees_with_the_standard_by_hand() {
+        // C = 0.025 NL/(s bar), b = 0.3; python: C*p1*sqrt(1 - ((r - b)/(1 - b))**2), p1 in bar, r = p2/p1.
+        for (p1, p2, expected) in [
+            (250.0, 50.0, 0.0625),                // r = 0.2: choked, C p1
+            (250.0, 75.0, 0.0625),                // r = b
+            (200.0, 160.0, 0.034_992_710_611_19), // r = 0.8: 0.05 sqrt(1 - (5/7)^2)
+            (200.0, 130.0, 0.043_301_270_189_22), // r = 0.65: 0.05 sqrt(3)/2
+            (101.325, 0.0, 0.025_331_25),
+        ] {
+            let flow = orifice().flow_nl_per_s(p1, p2);
+            assert!((flow - expected).abs() < 1e-12, "{p1} to {p2} kPa: {flow}");
+        }
+    }
+
+    #[test]
+    fn is_continuous_at_both_edges() {
+        for edge in [0.3, 0.999] {
+            let below = orifice().flow_nl_per_s(200.0, 200.0 * (edge - 1e-12));
+            let above = orifice().flow_nl_per_s(200.0, 200.0 * (edge + 1e-12));
+            assert!((below - above).abs() < 1e-9, "{edge}: {below} {above}");
+        }
+    }
+
+    #[test]
+    fn a_closed_valve_passes_nothing_and_opens_after_its_dead_time() {
+        let mut valve = Valve::new(orifice(), 10);
+        for tick in 0..10 {
+            valve.step(Passage::Closed, None);
+            assert_eq!(valve.passage(), Passage::Open, "{tick}");
+        }
+        valve.step(Passage::Open, None);
+        assert_eq!(valve.passage(), Passage::Closed);
+        assert!(valve.flow_nl_per_s(200.0, 100.0).abs() <= 0.0);
+        valve.step(Passage::Closed, Some(Passage::Open));
+        assert_eq!(valve.passage(), Passage::Open);
+    }
+
+    proptest! {
+        #[test]
+        fn flow_is_odd_and_rises_with_the_difference(a in 1.0..400.0, b in 1.0..400.0, more in 0.001..10.0) {
+            let there = orifice().flow_nl_per_s(a, b);
+            prop_assert!((there + orifice().flow_nl_per_s(b, a)).abs() <= 0.0);
+            prop_assert!(orifice().flow_nl_per_s(a + more, b) >= there);
+            prop_assert!(orifice().flow_nl_per_s(a, b + more) <= there);
+        }
+    }
+}
