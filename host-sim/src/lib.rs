@@ -1,5 +1,7 @@
 //! The soft finger on a desk: the controller's core against a simulated plant, with reports.
 
 pub mod mechanics;
+pub mod metrics;
 pub mod plant;
+pub mod simulate;
 pub mod trace;

@@ -574,21 +574,4 @@ mod tests {
         assert!((lost / mean - 1.0).abs() < 1e-3, "{lost} {mean}");
         assert!((before.chambers_kpa[1] - after.chambers_kpa[1]).abs() < 1e-6);
     }
-
-    #[test]
-    #[ignore = "prints the speed: cargo test -p host-sim --release --lib -- --ignored --nocapture plant_speed"]
-    fn plant_speed() {
-        let mut plant = plant(Scene::default());
-        for (name, actuation) in [("fill", FILL), ("hold", Actuation::HOLD), ("vent", Actuation::SAFE)] {
-            let ticks = 2_000_000;
-            let start = std::time::Instant::now();
-            run(&mut plant, actuation, ticks);
-            let seconds = start.elapsed().as_secs_f64();
-            println!(
-                "{name}: {:.0} ns a tick, {:.0} ticks/s",
-                seconds * 1e9 / f64::from(ticks),
-                f64::from(ticks) / seconds
-            );
-        }
-    }
 }
