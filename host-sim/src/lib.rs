@@ -1,7 +1,10 @@
 //! The soft finger on a desk: the controller's core against a simulated plant, with reports.
 
+pub mod cli;
+pub mod eval;
 pub mod mechanics;
 pub mod metrics;
 pub mod plant;
+pub mod report;
 pub mod simulate;
 pub mod trace;

@@ -1,0 +1,293 @@
+//! The command line: what it takes, what it prints, and how it ends.
+//!
+//! It ends with 0 when all went well, 1 when something failed on the way, 2 when the input was wrong.
+
+use crate::eval::{self, EvalError, Function};
+use crate::metrics::{Summary, summarise};
+use crate::report::{self, Folder};
+use crate::simulate::{Program, Run};
+use anyhow::{Result, anyhow};
+use clap::{Args, Parser, Subcommand};
+use indicatif::{ProgressBar, ProgressStyle};
+use model_core::calibration;
+use model_core::sequence::{self, library};
+use model_core::units::{CoefficientError, Coefficients, Pressure};
+use std::io::{IsTerminal, Write};
+use std::path::PathBuf;
+
+/// The command line.
+#[derive(Debug, Parser)]
+#[command(name = "host-sim", version, about = "The soft rehabilitation finger on a desk")]
+pub struct Arguments {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    run: RunArguments,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Runs a sequence, or a step to setpoints, on the simulated finger and writes its report.
+    Run(RunArguments),
+    /// Lists the built-in sequences.
+    List {
+        /// Prints JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Evaluates the controller's fixed-point model: a number a line on stdin, a result a line on stdout.
+    Eval {
+        /// Which direction.
+        function: Function,
+        /// Coefficients of the model in kPa; the fitted ones otherwise.
+        #[arg(long, value_name = "K,C1,C2", value_parser = coefficients, allow_hyphen_values = true)]
+        calibration: Option<Coefficients>,
+        /// Prints a JSON object a line.
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+#[derive(Debug, Args)]
+struct RunArguments {
+    /// A built-in sequence; see `list`. Default: reconfigure.
+    #[arg(long, value_name = "NAME", conflicts_with = "setpoints")]
+    sequence: Option<String>,
+    /// Gauge pressures of the proximal, middle and distal chamber in kPa, each 0..=150.
+    #[arg(long, value_name = "P,M,D", value_parser = setpoints, allow_hyphen_values = true)]
+    setpoints: Option<[Pressure; 3]>,
+    /// Seed of the sensors' errors: the same seed gives the same bytes.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Where the report goes.
+    #[arg(long, value_name = "DIR", default_value = "target/finger")]
+    out: PathBuf,
+    /// Prints the figures as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// How a command failed.
+#[derive(Debug)]
+enum Failure {
+    /// The input was wrong.
+    Input(String),
+    /// Something failed on the way.
+    Run(anyhow::Error),
+}
+
+impl From<anyhow::Error> for Failure {
+    fn from(error: anyhow::Error) -> Self {
+        Self::Run(error)
+    }
+}
+
+/// Three numbers with commas between.
+fn three(text: &str, what: &str) -> Result<[f64; 3], String> {
+    let parts: Vec<&str> = text.split(',').collect();
+    let [a, b, c] = parts.as_slice() else {
+        return Err(format!("{} values where {what} takes three with commas between", parts.len()));
+    };
+    let number = |part: &str| {
+        let value = part.trim().parse::<f64>().ok().filter(|value| value.is_finite());
+        value.ok_or_else(|| format!("{part:?} is not a number"))
+    };
+    Ok([number(a)?, number(b)?, number(c)?])
+}
+
+fn setpoints(text: &str) -> Result<[Pressure; 3], String> {
+    let values = three(text, "P,M,D")?;
+    let limit = sequence::MAX_PRESSURE.to_f64();
+    for value in values {
+        if !(0.0..=limit).contains(&value) {
+            return Err(format!("{value} kPa is outside 0..={limit} kPa, the finger's working range"));
+        }
+    }
+    Ok(values.map(Pressure::from_f64_kpa))
+}
+
+fn coefficients(text: &str) -> Result<Coefficients, String> {
+    let [k, c1, c2] = three(text, "K,C1,C2")?;
+    Coefficients::from_f64_kpa(k, c1, c2).map_err(|error| match error {
+        CoefficientError::K => format!("K = {k} is outside 0..=60 kPa: check the fit"),
+        CoefficientError::C1 => format!("C1 = {c1} is outside 5..=40 kPa: check the fit"),
+        CoefficientError::C2 => format!("C2 = {c2} is outside 0..=2 kPa: check the fit"),
+    })
+}
+
+/// Runs the command; returns the exit code.
+#[must_use]
+pub fn execute(arguments: Arguments) -> u8 {
+    let outcome = match arguments.command {
+        None => run(&arguments.run),
+        Some(Command::Run(run_arguments)) => run(&run_arguments),
+        Some(Command::List { json }) => list(json),
+        Some(Command::Eval { function, calibration, json }) => {
+            evaluate(function, calibration.unwrap_or(calibration::DEFAULT), json)
+        }
+    };
+    match outcome {
+        Ok(()) => 0,
+        Err(Failure::Input(message)) => {
+            eprintln!("error: {message}");
+            2
+        }
+        Err(Failure::Run(error)) => {
+            eprintln!("error: {error:#}");
+            1
+        }
+    }
+}
+
+/// Writes to stdout; a reader that has gone away (`| head`) is no error.
+fn print(text: &str) -> Result<()> {
+    match std::io::stdout().write_all(text.as_bytes()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(anyhow!("cannot write to stdout: {error}")),
+        _ => Ok(()),
+    }
+}
+
+fn run(arguments: &RunArguments) -> Result<(), Failure> {
+    let program = match (&arguments.setpoints, arguments.sequence.as_deref().unwrap_or("reconfigure")) {
+        (Some(setpoints), _) => Program::Setpoints(*setpoints),
+        (None, name) => Program::Sequence(library::find(name).ok_or_else(|| {
+            let known: Vec<_> = library::ALL.iter().map(|sequence| sequence.name).collect();
+            Failure::Input(format!("no sequence is named {name:?}; there are {}", known.join(", ")))
+        })?),
+    };
+    let folder = Folder::prepare(&arguments.out).map_err(|error| Failure::Input(format!("{error:#}")))?;
+    let run = Run::new(program, arguments.seed);
+    let bar = progress_bar();
+    let trace = run.simulate(|done, total| {
+        bar.set_length(u64::from(total));
+        bar.set_position(u64::from(done));
+    })?;
+    bar.finish_and_clear();
+    let summary = summarise(&trace);
+    let files = report::write(&folder, &trace, &summary, &run.parameters)?;
+    if arguments.json {
+        let mut json = serde_json::to_value(&summary).map_err(anyhow::Error::from)?;
+        json["sequence"] = trace.name.into();
+        json["seed"] = trace.seed.into();
+        json["files"] = files.iter().map(|path| path.display().to_string()).collect();
+        print(&format!("{json:#}\n"))?;
+    } else {
+        print(&text(&trace.name, &trace.description, &summary))?;
+        print(&format!("report: {}\n", files[0].display()))?;
+    }
+    Ok(())
+}
+
+fn progress_bar() -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{bar:40} {percent:>3} % of {len} ms simulated");
+    ProgressBar::new(1).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+/// The summary for people.
+fn text(name: &str, description: &str, summary: &Summary) -> String {
+    let optional = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"));
+    let mut out = format!(
+        "{name}: {description}\n\n{:<10}{:>11}{:>11}{:>11}{:>10}{:>11}{:>10}{:>9}{:>9}\n",
+        "segment", "hold mean", "hold worst", "overshoot", "settling", "switchings", "highest", "vented", "bend"
+    );
+    out += &format!(
+        "{:<10}{:>11}{:>11}{:>11}{:>10}{:>11}{:>10}{:>9}{:>9}\n",
+        "", "kPa", "kPa", "kPa", "s", "", "kPa", "kPa", "deg"
+    );
+    for segment in &summary.segments {
+        out += &format!(
+            "{:<10}{:>11}{:>11}{:>11.2}{:>10}{:>11}{:>10.1}{:>9.2}{:>9.1}\n",
+            segment.segment,
+            optional(segment.hold_mean_abs_error_kpa),
+            optional(segment.hold_worst_abs_error_kpa),
+            segment.overshoot_kpa,
+            optional(segment.settling_time_s),
+            segment.valve_switchings,
+            segment.peak_chamber_kpa,
+            segment.vented_residual_kpa,
+            segment.peak_bend_deg,
+        );
+    }
+    out += &format!(
+        "\npump {} starts, {:.2} s on; dump valve {} switchings; finger's largest bend {:.1} deg\n",
+        summary.pump_starts, summary.pump_on_s, summary.dump_switchings, summary.peak_bend_deg
+    );
+    if summary.holds_not_reached > 0 || summary.holds_not_settled > 0 {
+        out += &format!(
+            "holds not reached: {}; not settled within 2 kPa at their end: {}\n",
+            summary.holds_not_reached, summary.holds_not_settled
+        );
+    }
+    for fault in &summary.faults {
+        out += &format!("fault: {fault}\n");
+    }
+    out
+}
+
+fn list(json: bool) -> Result<(), Failure> {
+    if json {
+        let all: Vec<_> = library::ALL
+            .iter()
+            .map(|sequence| {
+                serde_json::json!({
+                    "name": sequence.name,
+                    "description": sequence.description,
+                    "steps": sequence.steps().len(),
+                    "repeats": sequence.repeats(),
+                    "duration_s": f64::from(sequence.duration().0) / 1000.0,
+                })
+            })
+            .collect();
+        print(&format!("{:#}\n", serde_json::Value::from(all)))?;
+    } else {
+        for sequence in library::ALL {
+            let seconds = f64::from(sequence.duration().0) / 1000.0;
+            print(&format!("{:<16} {:>6.1} s  {}\n", sequence.name, seconds, sequence.description))?;
+        }
+    }
+    Ok(())
+}
+
+fn evaluate(function: Function, coefficients: Coefficients, json: bool) -> Result<(), Failure> {
+    let mut output = std::io::BufWriter::new(std::io::stdout().lock());
+    match eval::filter(function, &coefficients, json, std::io::stdin().lock(), &mut output) {
+        Ok(()) => Ok(()),
+        Err(EvalError::Line(message)) => Err(Failure::Input(message)),
+        Err(EvalError::Io(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        Err(EvalError::Io(error)) => Err(Failure::Run(anyhow!("cannot read stdin or write stdout: {error}"))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn setpoints_name_the_value_and_the_limit() {
+        assert!(setpoints("60,30,60").is_ok());
+        for (text, named) in
+            [("60,30", "2 values"), ("60,x,60", "\"x\""), ("0,150.1,0", "150.1"), ("-1,0,0", "-1"), ("NaN,0,0", "NaN")]
+        {
+            let error = setpoints(text).expect_err(text);
+            assert!(error.contains(named), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn coefficients_name_the_value_and_the_limit() {
+        assert!(coefficients("0,13.84,0.336").is_ok());
+        for (text, named) in [("61,10,1", "0..=60"), ("0,1e9,1", "5..=40"), ("0,10,-0.5", "0..=2")] {
+            let error = coefficients(text).expect_err(text);
+            assert!(error.contains(named), "{text}: {error}");
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! What a run leaves on the disk: a table, pictures, a page, and the figures as JSON.
+
+pub mod csv;
+pub mod finger;
+pub mod html;
+pub mod plots;
+
+use crate::metrics::Summary;
+use crate::plant::PlantParameters;
+use crate::trace::Trace;
+use anyhow::{Context, Result};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The most frames in the picture of the finger.
+const FRAMES: usize = 6;
+
+/// A folder that has been found writable.
+#[derive(Debug)]
+pub struct Folder(PathBuf);
+
+impl Folder {
+    /// Makes the folder and writes a file to it, so that a long run does not end in vain.
+    ///
+    /// # Errors
+    /// Names the folder when it cannot be made or written to.
+    pub fn prepare(path: &Path) -> Result<Self> {
+        let probe = path.join(".writable");
+        let named = || format!("cannot write to the folder {}: choose another with --out", path.display());
+        fs::create_dir_all(path).with_context(named)?;
+        fs::write(&probe, "").with_context(named)?;
+        fs::remove_file(&probe).with_context(named)?;
+        Ok(Self(path.to_path_buf()))
+    }
+
+    /// Writes a file whole or not at all.
+    fn write(&self, name: &str, contents: &str) -> Result<PathBuf> {
+        let (path, draft) = (self.0.join(name), self.0.join(format!(".{name}.part")));
+        let named = || format!("cannot write {}", path.display());
+        fs::write(&draft, contents).with_context(named)?;
+        fs::rename(&draft, &path).with_context(named)?;
+        Ok(path)
+    }
+}
+
+/// Writes the whole report; returns its files, the page first.
+///
+/// # Errors
+/// When a picture cannot be drawn or a file not be written.
+pub fn write(folder: &Folder, trace: &Trace, summary: &Summary, parameters: &PlantParameters) -> Result<Vec<PathBuf>> {
+    let pictures = html::Pictures {
+        finger: finger::filmstrip(summary, FRAMES),
+        pressures: plots::pressures(trace)?,
+        actuation: plots::actuation(trace)?,
+        bends: plots::bends(trace)?,
+    };
+    let page = html::page(trace, summary, parameters, &pictures)?;
+    let json = serde_json::to_string_pretty(summary)? + "\n";
+    [
+        ("report.html", page.as_str()),
+        ("samples.csv", &csv::table(trace)),
+        ("finger.svg", &pictures.finger),
+        ("pressures.svg", &pictures.pressures),
+        ("actuation.svg", &pictures.actuation),
+        ("bends.svg", &pictures.bends),
+        ("summary.json", &json),
+    ]
+    .into_iter()
+    .map(|(name, contents)| folder.write(name, contents))
+    .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::metrics::summarise;
+    use crate::simulate::{Program, Run};
+    use model_core::units::Pressure;
+
+    fn report(seed: u64) -> Vec<(String, String)> {
+        let run = Run::new(Program::Setpoints([30, 0, 0].map(Pressure::from_kpa)), seed);
+        let trace = run.simulate(|_, _| {}).expect("taken");
+        let place = tempfile::tempdir().expect("a folder");
+        let folder = Folder::prepare(place.path()).expect("writable");
+        let files = write(&folder, &trace, &summarise(&trace), &run.parameters).expect("written");
+        let name = |path: &Path| path.file_name().expect("a file").to_string_lossy().into_owned();
+        assert_eq!(fs::read_dir(place.path()).expect("lists").count(), files.len(), "no drafts are left");
+        files.iter().map(|path| (name(path), fs::read_to_string(path).expect("reads"))).collect()
+    }
+
+    #[test]
+    fn the_same_seed_gives_the_same_bytes_and_another_does_not() {
+        assert_eq!(report(5), report(5));
+        assert_ne!(report(5), report(6));
+    }
+
+    #[test]
+    fn the_page_needs_nothing_from_elsewhere() {
+        let files = report(1);
+        let (_, page) = files.iter().find(|(name, _)| name == "report.html").expect("there");
+        let outside = page.replace("http://www.w3.org/2000/svg", "");
+        for word in ["http://", "https://", "src=", "@import", "url("] {
+            assert!(!outside.contains(word), "{word}");
+        }
+    }
+
+    #[test]
+    fn the_table_reads_back() {
+        let files = report(1);
+        let (_, table) = files.iter().find(|(name, _)| name == "samples.csv").expect("there");
+        let rows = csv::parse(table).expect("parses");
+        assert_eq!(rows.len(), rows.last().map_or(0, |row| row.time_ms as usize + 1));
+    }
+
+    #[test]
+    fn a_folder_that_cannot_be_made_is_named() {
+        let file = tempfile::NamedTempFile::new().expect("a file");
+        let error = Folder::prepare(&file.path().join("below")).expect_err("a file has no folders in it");
+        assert!(format!("{error:#}").contains("below"), "{error:#}");
+    }
+}
