@@ -132,6 +132,7 @@ pub struct Regulator {
     flow_to: Pressure,
     pump_was_on: bool,
     pump_ticks: u16,
+    dump_was_open: bool,
 }
 
 impl Default for Regulator {
@@ -157,6 +158,7 @@ impl Regulator {
             flow_to: Pressure::ZERO,
             pump_was_on: false,
             pump_ticks: 0,
+            dump_was_open: true,
         }
     }
 
@@ -171,6 +173,7 @@ impl Regulator {
         self.ticks = if same { self.ticks.saturating_add(1) } else { 0 };
         self.pump_ticks = if actuation.pump == self.pump_was_on { self.pump_ticks.saturating_add(1) } else { 0 };
         self.pump_was_on = actuation.pump;
+        self.dump_was_open = actuation.dump == Passage::Open;
         actuation
     }
 
@@ -471,19 +474,19 @@ impl Regulator {
             Phase::Flowing(service)
         };
         let mut actuation = open(service.group);
+        // While setpoints move, pump and dump valve start late: one longer run instead of chatter.
+        let late = level + MOVING_BAND.midpoint(Pressure::ZERO) < stop;
+        let behind = |running: bool| if moving && !running { late } else { !arrived };
+        let goes_on = matches!(self.phase, Phase::Flowing(_));
         if direction == Direction::Rise {
             let pending = I16F16::from_num(observer.pump_ticks_pending());
             let rise = Pressure::from_fixed(model.pump_flow(observer.manifold()).saturating_mul(pending));
             let full = observer.manifold() + rise >= MANIFOLD_CEILING;
-            let behind = if self.pump_was_on {
-                !arrived
-            } else {
-                level + MOVING_BAND.midpoint(Pressure::ZERO) < stop || (!moving && !arrived)
-            };
             // The relay keeps its shortest times, except that an end is an end.
-            let wanted = if self.pump_ticks < PUMP_MIN_TICKS { self.pump_was_on } else { behind };
-            actuation.pump = wanted && !full && matches!(self.phase, Phase::Flowing(_));
-        } else if !arrived {
+            let keeps = self.pump_ticks < PUMP_MIN_TICKS;
+            let wanted = if keeps { self.pump_was_on } else { behind(self.pump_was_on) };
+            actuation.pump = wanted && !full && goes_on;
+        } else if behind(self.dump_was_open) && goes_on {
             actuation.dump = Passage::Open;
         }
         actuation

@@ -53,9 +53,9 @@ static GRASP: Sequence = Sequence::new(
     "grasp",
     "Close the hand joint after joint, hold, open; three times",
     &[
-        Step::deg([45, 30, 15]).ramp_ms(2000).hold_ms(500),
+        Step::deg([45, 30, 15]).ramp_ms(2000).hold_ms(2000),
         Step::deg([70, 80, 50]).ramp_ms(2500).hold_ms(3000),
-        Step::deg([45, 30, 15]).ramp_ms(2500).hold_ms(500),
+        Step::deg([45, 30, 15]).ramp_ms(2500).hold_ms(2000),
         Step::deg([0; 3]).ramp_ms(2000).hold_ms(2000),
     ],
     3,
