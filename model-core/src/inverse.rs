@@ -19,7 +19,7 @@
 //!
 //! # Monotone by construction
 //! From one rounding boundary of the bend to the next (half an LSB on either side of a value) t grows by at least
-//! 1e-7 of itself; its rounding noise is a tenth of that at most, and all that follows is products of such growing terms
+//! 1e-7 of itself; its rounding noise is a tenth of that at most, and all that follows is products of such terms
 //! and floors, so that the evaluated pressure never falls. The inverse is *defined* by it: the number of rounding
 //! boundaries whose pressure does not exceed the given one, that is, the solution rounded to nearest. Newton's steps
 //! only find the candidate; when it lies near a boundary, one evaluation at the boundary itself decides. So the
