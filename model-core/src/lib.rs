@@ -7,9 +7,12 @@
 #![forbid(unsafe_code)]
 
 pub mod actuation;
+pub mod calibration;
 pub mod controller;
 pub mod inverse;
 pub mod observer;
+#[cfg(any(test, feature = "host"))]
+pub mod paper;
 pub mod regulator;
 pub mod sequence;
 pub mod supervisor;
