@@ -11,6 +11,8 @@ pub mod calibration;
 pub mod controller;
 pub mod inverse;
 pub mod observer;
+#[cfg(any(test, feature = "host"))]
+pub mod paper;
 pub mod regulator;
 pub mod sequence;
 pub mod supervisor;
