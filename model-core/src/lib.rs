@@ -9,6 +9,8 @@
 pub mod actuation;
 pub mod calibration;
 pub mod controller;
+#[cfg(any(test, feature = "host"))]
+pub mod equations;
 pub mod inverse;
 pub mod observer;
 #[cfg(any(test, feature = "host"))]

@@ -1,0 +1,80 @@
+//! The command line as its users meet it: results, and one clear error for each bad input.
+
+use std::io::Write;
+use std::process::{Command, Output, Stdio};
+
+fn host_sim(arguments: &[&str], stdin: &str) -> Output {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        .args(arguments)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("starts");
+    // A program that ends before it reads is no failure of this test.
+    let _ = child.stdin.take().expect("piped").write_all(stdin.as_bytes());
+    child.wait_with_output().expect("ends")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+#[test]
+fn eval_answers_a_line_for_a_line_and_inverts_itself() {
+    let bends = host_sim(&["eval", "angle-from-pressure"], "0\n30\n150\n");
+    assert!(bends.status.success());
+    let lines = text(&bends.stdout);
+    assert_eq!(lines.lines().next(), Some("0.000000"));
+    let pressures = text(&host_sim(&["eval", "pressure-from-angle"], &lines).stdout);
+    for (line, expected) in pressures.lines().zip([0.0, 30.0, 150.0]) {
+        assert!((line.parse::<f64>().expect("a number") - expected).abs() < 1e-3, "{line}");
+    }
+}
+
+#[test]
+fn a_bad_line_is_named_after_the_earlier_ones_are_answered() {
+    let output = host_sim(&["eval", "angle-from-pressure"], "30\n60\nsixty\n90\n");
+    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(text(&output.stdout).lines().count(), 2);
+    let error = text(&output.stderr);
+    assert!(error.contains("line 3") && error.contains("sixty"), "{error}");
+}
+
+#[test]
+fn bad_arguments_name_the_value_and_the_limit() {
+    for (arguments, named) in [
+        (vec!["run", "--sequence", "polka"], vec!["polka", "reconfigure", "isolated-dip"]),
+        (vec!["run", "--setpoints", "60,151,60"], vec!["151", "150 kPa"]),
+        (vec!["run", "--setpoints", "60,60"], vec!["2 values"]),
+        (vec!["eval", "angle-from-pressure", "--calibration", "0,4,0.3"], vec!["C1", "5..=40"]),
+        (vec!["run", "--out", "Cargo.toml/below"], vec!["Cargo.toml/below", "--out"]),
+    ] {
+        let output = host_sim(&arguments, "");
+        let error = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {error}");
+        assert!(named.iter().all(|part| error.contains(part)), "{arguments:?}: {error}");
+        assert!(text(&output.stdout).is_empty(), "{arguments:?}");
+    }
+}
+
+#[test]
+fn run_prints_the_figures_as_json_and_leaves_the_files_it_names() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().to_str().expect("UTF-8");
+    let output = host_sim(&["run", "--setpoints", "30,0,30", "--json", "--out", out], "");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON and nothing else");
+    assert!(json["segments"][0]["hold_mean_abs_error_kpa"].as_f64().is_some_and(|error| error <= 2.0), "{json:#}");
+    assert_eq!(json["seed"], 1);
+    for file in json["files"].as_array().expect("a list") {
+        assert!(std::path::Path::new(file.as_str().expect("a path")).exists(), "{file}");
+    }
+}
+
+#[test]
+fn list_names_every_sequence() {
+    let output = host_sim(&["list", "--json"], "");
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(json.as_array().map(Vec::len), Some(model_core::sequence::library::ALL.len()));
+}
