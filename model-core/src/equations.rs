@@ -9,7 +9,7 @@
 //! Not reproduced: that the corrected form gives 6 to 17 kPa with the geometry of one small cavity where the paper
 //! applies 150 kPa. The cavity's wall and gas volume terms are not among the facts at hand.
 
-/// dW/dλ of a Yeoh material, given I1 and dI1/dλ; in MPa.
+/// dW/dλ of a Yeoh material, given I1 and dI1/dλ; in `MPa`.
 fn yeoh_slope(i1: f64, i1_slope: f64) -> f64 {
     (crate::paper::C10_MPA + 2.0 * crate::paper::C20_MPA * (i1 - 3.0)) * i1_slope
 }
@@ -22,7 +22,7 @@ pub mod as_printed {
         [lambda, 1.0 / lambda, 1.0 / lambda]
     }
 
-    /// (6), (15): dW/dλ in MPa.
+    /// (6), (15): dW/dλ in `MPa`.
     #[must_use]
     pub fn energy_slope(lambda: f64) -> f64 {
         super::yeoh_slope(lambda.powi(2) + 2.0 * lambda.powi(-2), 2.0 * lambda - 4.0 * lambda.powi(-3))
@@ -43,7 +43,7 @@ pub mod corrected {
         [lambda, lambda.sqrt().recip(), lambda.sqrt().recip()]
     }
 
-    /// (6), (15): dW/dλ in MPa, with I1 = λ² + 2/λ.
+    /// (6), (15): dW/dλ in `MPa`, with I1 = λ² + 2/λ.
     #[must_use]
     pub fn energy_slope(lambda: f64) -> f64 {
         super::yeoh_slope(lambda.powi(2) + 2.0 / lambda, 2.0 * lambda - 2.0 * lambda.powi(-2))

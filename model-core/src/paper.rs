@@ -12,7 +12,7 @@ pub const CHAMBER_EXO_DEG: [f64; 5] = [46.3, 71.0, 89.6, 103.7, 112.6];
 pub const FINGER_DEG: [f64; 5] = [139.1, 212.8, 271.1, 312.0, 338.7];
 /// Chambers of the finger (Table 1).
 pub const CHAMBERS: f64 = 3.0;
-/// Yeoh coefficient `C10` in MPa, from tensile tests.
+/// Yeoh coefficient `C10` in `MPa`, from tensile tests.
 pub const C10_MPA: f64 = 0.11;
-/// Yeoh coefficient `C20` in MPa, from tensile tests.
+/// Yeoh coefficient `C20` in `MPa`, from tensile tests.
 pub const C20_MPA: f64 = 0.02;
