@@ -695,11 +695,10 @@ mod tests {
         }
     }
 
-    /// `cargo test --release -p model-core inverse -- --ignored --nocapture`: every pressure and every angle.
+    /// Every pressure and every angle of the default calibration, 76 million evaluations; the others are strided above.
     #[test]
-    #[ignore = "76 million evaluations a calibration"]
     fn never_falls_over_every_input() {
-        for parameters in CALIBRATIONS {
+        for parameters in CALIBRATIONS.into_iter().take(1) {
             let c = calibration(parameters);
             let started = Instant::now();
             let pressures = assert_non_decreasing(-1..=DOMAIN_PRESSURE + 1, |bits| bend(&c, bits));
