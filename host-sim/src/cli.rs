@@ -1,6 +1,7 @@
 //! The command line: what it takes, what it prints, and how it ends.
 //!
-//! It ends with 0 when all went well, 1 when something failed on the way, 2 when the input was wrong.
+//! It ends with 0 when all went well, 1 when something failed on the way or a fault ended the run, 2 when the input was
+//! wrong, a folder that cannot be written to among it.
 
 use crate::eval::{self, EvalError, Function};
 use crate::metrics::{Summary, summarise};
@@ -18,7 +19,8 @@ use std::path::PathBuf;
 /// The command line.
 #[derive(Debug, Parser)]
 #[command(name = "host-sim", version, about = "The soft rehabilitation finger on a desk")]
-pub struct Arguments {
+#[command(args_conflicts_with_subcommands = true)]
+struct Arguments {
     #[command(subcommand)]
     command: Option<Command>,
     #[command(flatten)]
@@ -115,9 +117,27 @@ fn coefficients(text: &str) -> Result<Coefficients, String> {
     })
 }
 
-/// Runs the command; returns the exit code.
+/// Parses and runs the command line; returns the exit code.
 #[must_use]
-pub fn execute(arguments: Arguments) -> u8 {
+pub fn main() -> u8 {
+    match Arguments::try_parse() {
+        Ok(arguments) => execute(arguments),
+        // Help and version are no errors, and go to stdout.
+        Err(answer) if !answer.use_stderr() => u8::from(answer.print().is_err()),
+        Err(error) => {
+            eprintln!("{}", one_line(&error.to_string()));
+            2
+        }
+    }
+}
+
+/// The parser's message without its usage and hints: the first paragraph, on one line.
+fn one_line(message: &str) -> String {
+    message.lines().map(str::trim).take_while(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
+}
+
+/// Runs the command; returns the exit code.
+fn execute(arguments: Arguments) -> u8 {
     let outcome = match arguments.command {
         None => run(&arguments.run),
         Some(Command::Run(run_arguments)) => run(&run_arguments),
@@ -174,6 +194,10 @@ fn run(arguments: &RunArguments) -> Result<(), Failure> {
     } else {
         print(&text(&trace.name, &trace.description, &summary))?;
         print(&format!("report: {}\n", files[0].display()))?;
+    }
+    // The report is there, but a run that ended in a fault did not do what was asked.
+    if let [fault, ..] = summary.faults.as_slice() {
+        return Err(Failure::Run(anyhow!("the run ended in the fault {fault}: see the report")));
     }
     Ok(())
 }

@@ -48,12 +48,15 @@ fn bad_arguments_name_the_value_and_the_limit() {
         (vec!["run", "--setpoints", "60,151,60"], vec!["151", "150 kPa"]),
         (vec!["run", "--setpoints", "60,60"], vec!["2 values"]),
         (vec!["eval", "angle-from-pressure", "--calibration", "0,4,0.3"], vec!["C1", "5..=40"]),
+        (vec!["--seed", "3", "run"], vec!["--seed"]),
+        (vec!["run", "--tempo", "3"], vec!["--tempo"]),
         (vec!["run", "--out", "Cargo.toml/below"], vec!["Cargo.toml/below", "--out"]),
     ] {
         let output = host_sim(&arguments, "");
         let error = text(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {error}");
         assert!(named.iter().all(|part| error.contains(part)), "{arguments:?}: {error}");
+        assert_eq!(error.lines().count(), 1, "{arguments:?}: {error}");
         assert!(text(&output.stdout).is_empty(), "{arguments:?}");
     }
 }

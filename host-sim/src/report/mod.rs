@@ -33,13 +33,27 @@ impl Folder {
         Ok(Self(path.to_path_buf()))
     }
 
-    /// Writes a file whole or not at all.
-    fn write(&self, name: &str, contents: &str) -> Result<PathBuf> {
-        let (path, draft) = (self.0.join(name), self.0.join(format!(".{name}.part")));
-        let named = || format!("cannot write {}", path.display());
-        fs::write(&draft, contents).with_context(named)?;
-        fs::rename(&draft, &path).with_context(named)?;
-        Ok(path)
+    /// Writes all files or none: a failure leaves an older report as it was.
+    fn write(&self, files: &[(&str, &str)]) -> Result<Vec<PathBuf>> {
+        let draft = |name: &str| self.0.join(format!(".{name}.part"));
+        let written = files.iter().try_for_each(|(name, contents)| {
+            let path = self.0.join(name);
+            anyhow::ensure!(!path.is_dir(), "a folder is where {} should go", path.display());
+            fs::write(draft(name), contents).with_context(|| format!("cannot write {}", path.display()))
+        });
+        if let Err(error) = written {
+            // What cannot be removed was most likely never written; the first error is the one that counts.
+            for (name, _) in files {
+                drop(fs::remove_file(draft(name)));
+            }
+            return Err(error);
+        }
+        let place = |(name, _): &(&str, &str)| {
+            let path = self.0.join(name);
+            fs::rename(draft(name), &path).with_context(|| format!("cannot write {}", path.display()))?;
+            Ok(path)
+        };
+        files.iter().map(place).collect()
     }
 }
 
@@ -56,7 +70,7 @@ pub fn write(folder: &Folder, trace: &Trace, summary: &Summary, parameters: &Pla
     };
     let page = html::page(trace, summary, parameters, &pictures)?;
     let json = serde_json::to_string_pretty(summary)? + "\n";
-    [
+    folder.write(&[
         ("report.html", page.as_str()),
         ("samples.csv", &csv::table(trace)),
         ("finger.svg", &pictures.finger),
@@ -64,10 +78,7 @@ pub fn write(folder: &Folder, trace: &Trace, summary: &Summary, parameters: &Pla
         ("actuation.svg", &pictures.actuation),
         ("bends.svg", &pictures.bends),
         ("summary.json", &json),
-    ]
-    .into_iter()
-    .map(|(name, contents)| folder.write(name, contents))
-    .collect()
+    ])
 }
 
 #[cfg(test)]
@@ -110,6 +121,17 @@ mod tests {
         let (_, table) = files.iter().find(|(name, _)| name == "samples.csv").expect("there");
         let rows = csv::parse(table).expect("parses");
         assert_eq!(rows.len(), rows.last().map_or(0, |row| row.time_ms as usize + 1));
+    }
+
+    #[test]
+    fn a_report_that_cannot_be_finished_leaves_the_old_one_alone() {
+        let place = tempfile::tempdir().expect("a folder");
+        let folder = Folder::prepare(place.path()).expect("writable");
+        folder.write(&[("one", "old")]).expect("written");
+        fs::create_dir(place.path().join("two")).expect("in the way");
+        assert!(folder.write(&[("one", "new"), ("two", "new")]).is_err());
+        assert_eq!(fs::read_to_string(place.path().join("one")).expect("there"), "old");
+        assert_eq!(fs::read_dir(place.path()).expect("lists").count(), 2, "no drafts are left");
     }
 
     #[test]

@@ -11,7 +11,7 @@ pub const SEGMENT_COLOURS: [RGBColor; 3] = [RGBColor(0, 114, 178), RGBColor(213,
 const INK: RGBColor = RGBColor(60, 64, 72);
 const FAINT: RGBColor = RGBColor(226, 229, 234);
 
-/// Plots show every tenth sample: 10 ms are finer than a pixel.
+/// Samples to a bucket: 10 ms are finer than a pixel.
 const EVERY: usize = 10;
 
 /// A drawing area over an SVG text.
@@ -44,7 +44,17 @@ fn duration(trace: &Trace) -> f64 {
 }
 
 fn line(trace: &Trace, value: impl Fn(&Sample) -> f64) -> Vec<(f64, f64)> {
-    trace.samples.iter().step_by(EVERY).map(|sample| (seconds(sample), value(sample))).collect()
+    // The lowest and the highest of each bucket, in their order: a short peak must not vanish.
+    let ends = |bucket: &[Sample]| {
+        let points = || bucket.iter().map(|sample| (seconds(sample), value(sample)));
+        let low = points().min_by(|a, b| a.1.total_cmp(&b.1));
+        let high = points().max_by(|a, b| a.1.total_cmp(&b.1));
+        let mut ends: Vec<_> = low.into_iter().chain(high).collect();
+        ends.sort_by(|a, b| a.0.total_cmp(&b.0));
+        ends.dedup();
+        ends
+    };
+    trace.samples.chunks(EVERY).flat_map(ends).collect()
 }
 
 /// One curve with its name.
