@@ -72,7 +72,9 @@ fn command(program: &str) -> std::process::Command {
 
 /// Runs a command to its end.
 fn run(command: &mut std::process::Command) -> Result<()> {
-    let line = format!("{command:?}");
+    // Not `{command:?}`: it lists every variable that was removed.
+    let words = std::iter::once(command.get_program()).chain(command.get_args());
+    let line = words.map(|word| word.to_string_lossy()).collect::<Vec<_>>().join(" ");
     let status = command.status().map_err(|error| anyhow::anyhow!("cannot start {line}: {error}"))?;
     anyhow::ensure!(status.success(), "{line} ended with {status}");
     Ok(())
