@@ -18,9 +18,9 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Chore {
-    /// Installs what the firmware's build needs and is missing.
+    /// Installs what the firmware's build and the emulated board need and is missing.
     Setup,
-    /// Sets up, then passes all the tests: format, lints, host, documentation, firmware, a run of the simulator.
+    /// Sets up, then passes all the tests: format, lints, host, documentation, firmware, emulated board, simulator.
     Test,
     /// Builds the firmware: target/firmware/firmware.{elf,bin,hex}, with flash and RAM.
     Firmware {
@@ -34,7 +34,9 @@ enum Chore {
 
 fn main() -> std::process::ExitCode {
     let outcome = match Arguments::parse().chore {
-        Chore::Setup => toolchain::set_up().map(|route| println!("firmware toolchain: {route}")),
+        Chore::Setup => toolchain::set_up_emulator()
+            .and_then(|()| toolchain::set_up())
+            .map(|route| println!("firmware toolchain: {route}")),
         Chore::Test => steps::test(),
         Chore::Firmware { json } => firmware::build_and_report(json),
         Chore::Pictures => steps::pictures(),

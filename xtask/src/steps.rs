@@ -10,8 +10,11 @@ type Step = (&'static str, fn() -> Result<()>);
 
 /// Everything that must hold before a change is accepted.
 pub fn test() -> Result<()> {
-    let steps: [Step; 8] = [
-        ("firmware toolchain", || toolchain::set_up().map(|route| println!("{route}"))),
+    let steps: [Step; 9] = [
+        ("toolchains", || {
+            toolchain::set_up_emulator()?;
+            toolchain::set_up().map(|route| println!("{route}"))
+        }),
         ("format", || cargo(&["fmt", "--all", "--check"])),
         ("lints", || cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"])),
         ("host tests", || cargo(&["test"])),
@@ -20,6 +23,8 @@ pub fn test() -> Result<()> {
             run(command("cargo").args(["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))
         }),
         ("firmware and its size", || firmware::build_and_report(false)),
+        // Optimised: a minute of the board's time is three hundred million instructions.
+        ("firmware on the emulated board", || cargo(&["test", "--release", "--package", "emulated-board"])),
         ("simulator's main job", simulator),
     ];
     let mut times = Vec::new();

@@ -17,6 +17,9 @@ pub const TARGET: &str = "thumbv7em-none-eabihf";
 /// What Debian packages the third route needs.
 const PACKAGES: [&str; 4] = ["rustc-web", "cargo-web", "rust-web-src", "lld"];
 
+/// What Debian packages the emulated board's engine is built with.
+const EMULATOR_PACKAGES: [&str; 5] = ["cmake", "make", "gcc", "libc6-dev", "libclang-14-dev"];
+
 /// A way to build for the target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Route {
@@ -73,12 +76,7 @@ pub fn set_up() -> Result<Route> {
     match decide(facts()) {
         Decision::Use(route) => Ok(route),
         Decision::InstallFromDebian => {
-            println!("installing {} (Debian)", PACKAGES.join(", "));
-            run(command("apt-get").args(["update", "-qq"]))?;
-            run(command("apt-get")
-                .args(["install", "-qq", "-y", "--no-install-recommends"])
-                .args(PACKAGES)
-                .env("DEBIAN_FRONTEND", "noninteractive"))?;
+            install(&PACKAGES)?;
             match decide(facts()) {
                 Decision::Use(route) => Ok(route),
                 _ => bail!("Debian's packages {} are installed, but /usr/bin/rustc has no source", PACKAGES.join(", ")),
@@ -91,12 +89,48 @@ pub fn set_up() -> Result<Route> {
     }
 }
 
-fn facts() -> Facts {
-    Facts {
-        target_library: target_library(),
-        debian_rustc: debian_rustc(),
-        apt_as_root: Path::new("/usr/bin/apt-get").exists() && is_root(),
+/// Finds what the emulated board's engine is built with, a C compiler, `CMake` and libclang, installing what is missing
+/// where that can be done.
+pub fn set_up_emulator() -> Result<()> {
+    let found = |program: &str| command(program).arg("--version").output().is_ok_and(|output| output.status.success());
+    if found("cmake") && found("cc") && libclang() {
+        return Ok(());
     }
+    if !apt_as_root() {
+        bail!(
+            "the emulated board needs a C compiler, CMake and libclang: on Debian as root `apt-get install {}`",
+            EMULATOR_PACKAGES.join(" ")
+        );
+    }
+    install(&EMULATOR_PACKAGES)
+}
+
+/// Where bindgen would find it: named by the user, or in Debian's folders.
+fn libclang() -> bool {
+    let holds = |folder: PathBuf| {
+        let mut entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        entries.any(|entry| entry.file_name().to_string_lossy().starts_with("libclang"))
+    };
+    let versions = std::fs::read_dir("/usr/lib").into_iter().flatten().flatten().map(|entry| entry.path());
+    let mut llvm = versions.filter(|path| path.to_string_lossy().contains("/llvm-")).map(|path| path.join("lib"));
+    std::env::var_os("LIBCLANG_PATH").is_some_and(|path| holds(path.into())) || llvm.any(holds)
+}
+
+fn install(packages: &[&str]) -> Result<()> {
+    println!("installing {} (Debian)", packages.join(", "));
+    run(command("apt-get").args(["update", "-qq"]))?;
+    run(command("apt-get")
+        .args(["install", "-qq", "-y", "--no-install-recommends"])
+        .args(packages)
+        .env("DEBIAN_FRONTEND", "noninteractive"))
+}
+
+fn apt_as_root() -> bool {
+    Path::new("/usr/bin/apt-get").exists() && is_root()
+}
+
+fn facts() -> Facts {
+    Facts { target_library: target_library(), debian_rustc: debian_rustc(), apt_as_root: apt_as_root() }
 }
 
 /// Whether the pinned toolchain has the target's library. rustup's own list is no proof: it names what the toolchain

@@ -1,0 +1,31 @@
+//! The firmware's own ELF, byte for byte, on an emulated NUCLEO-F446RE.
+//!
+//! The core is Unicorn's Cortex-M4; [`machine`] is the bus with the peripherals that the firmware uses. An access that
+//! is not modelled stops the run with an error that names address and PC. Nothing depends on the host's clock: the same
+//! inputs give the same run.
+//!
+//! Virtual time counts one cycle of 180 MHz for each instruction ([`time::INSTRUCTION`]), those that an IT block skips
+//! among them, and jumps over sleep.
+
+pub mod board;
+#[allow(missing_docs)]
+mod machine;
+#[allow(missing_docs)]
+mod peripheral;
+mod rtt;
+pub mod time;
+
+pub use board::{Board, Pin};
+pub use machine::Halt;
+pub use peripheral::power::ResetCause;
+
+/// The firmware as `cargo xtask firmware` leaves it.
+///
+/// # Errors
+/// When it has not been built.
+pub fn firmware_elf() -> anyhow::Result<Vec<u8>> {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../target/firmware/firmware.elf");
+    std::fs::read(path).map_err(|error| {
+        anyhow::anyhow!("no firmware in target/firmware ({error}): build it with `cargo xtask firmware`")
+    })
+}
