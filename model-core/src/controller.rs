@@ -5,7 +5,7 @@ use crate::inverse::pressure_from_bend;
 use crate::observer::{Observer, Pneumatics};
 use crate::regulator::Regulator;
 use crate::sequence::Sequence;
-use crate::sequence::player::Player;
+use crate::sequence::player::{Player, Reference};
 use crate::supervisor::Supervisor;
 use crate::units::{Bend, Coefficients, Millis, Pressure};
 
@@ -14,6 +14,10 @@ pub use crate::sequence::MAX_PRESSURE as PRESSURE_LIMIT;
 
 /// The largest zero error of the pressure sensor that is trimmed away: the ISE30A's repeatability, 0.2 % of 1000 kPa.
 pub const ZERO_LIMIT: Pressure = Pressure::from_kpa(2);
+
+/// The largest zero error of the bend sensor that is taken off: 1 % of its 360 degrees (paper), and as much again for
+/// how the finger lies.
+pub const BEND_ZERO_LIMIT: Bend = Bend::from_deg(8);
 
 /// Ticks for which the vented finger must have been within [`ZERO_LIMIT`] before its zero is trusted: the last of the
 /// air has left by then.
@@ -28,6 +32,27 @@ pub enum Reading<T> {
     BelowRange,
     /// Electrically above the sensor's range: a short, or more than the sensor can tell.
     AboveRange,
+}
+
+impl<T> Reading<T> {
+    /// Changes a plausible value.
+    #[must_use]
+    pub fn map<U>(self, change: impl FnOnce(T) -> U) -> Reading<U> {
+        match self {
+            Self::Valid(value) => Reading::Valid(change(value)),
+            Self::BelowRange => Reading::BelowRange,
+            Self::AboveRange => Reading::AboveRange,
+        }
+    }
+
+    /// The plausible value.
+    #[must_use]
+    pub fn valid(self) -> Option<T> {
+        match self {
+            Self::Valid(value) => Some(value),
+            Self::BelowRange | Self::AboveRange => None,
+        }
+    }
 }
 
 /// Everything the controller sees in one tick.
@@ -54,6 +79,14 @@ pub enum Command {
     Setpoints(PerSegment<Pressure>),
     /// Vents the finger and ends whatever runs.
     Vent,
+    /// Holds the running sequence where it is: its time stands still, its setpoints are kept.
+    Pause,
+    /// Goes on after a pause.
+    Resume,
+    /// Takes what the sensors read now as zero; only vented, and only within [`ZERO_LIMIT`] and [`BEND_ZERO_LIMIT`].
+    ZeroSensors,
+    /// Uses these coefficients; only vented.
+    Calibrate(Coefficients),
     /// Clears a latched fault whose cause is gone.
     ClearFault,
 }
@@ -69,6 +102,14 @@ pub enum Rejection {
     CauseStillPresent,
     /// No fault is latched.
     NoFault,
+    /// No sequence runs.
+    NotRunning,
+    /// No sequence is paused.
+    NotPaused,
+    /// The finger is not vented.
+    NotVented,
+    /// A sensor is too far off its zero, or fails.
+    ZeroOutOfLimits,
 }
 
 /// Why the supervisor vented the finger.
@@ -86,6 +127,20 @@ pub enum Fault {
     EmergencyStop,
 }
 
+impl Fault {
+    /// A number that stays the same from version to version.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        match self {
+            Self::OverPressure => 0,
+            Self::OverPressureSwitch => 1,
+            Self::PressureSensorBelowRange => 2,
+            Self::PressureSensorAboveRange => 3,
+            Self::EmergencyStop => 4,
+        }
+    }
+}
+
 /// What the controller is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
@@ -95,6 +150,8 @@ pub enum Mode {
     Running,
     /// Holding setpoints given by hand.
     Holding,
+    /// A sequence is paused.
+    Paused,
     /// A fault is latched; vented.
     Faulted(Fault),
 }
@@ -114,8 +171,12 @@ pub struct Outputs {
     pub step: u16,
     /// Which repeat of the sequence runs, from zero.
     pub repeat: u16,
-    /// True while the reference rests at a step's target (its hold time), false during ramps and when vented.
+    /// True while the reference rests at a step's target (its hold time), false during ramps, pauses and when vented.
     pub holding: bool,
+    /// The manifold's pressure, its zero taken off.
+    pub manifold: Reading<Pressure>,
+    /// The finger's bend, its zero taken off.
+    pub bend: Reading<Bend>,
 }
 
 /// The whole of the controller's state.
@@ -123,6 +184,8 @@ pub struct Outputs {
 pub struct Controller {
     coefficients: Coefficients,
     reference: Source,
+    /// The sequence's reference of the last tick.
+    last: Reference,
     observer: Observer,
     regulator: Regulator,
     supervisor: Supervisor,
@@ -130,6 +193,8 @@ pub struct Controller {
     /// What the sensor reads at atmosphere, and for how many ticks the vented finger has been near it.
     zero: Pressure,
     rested: u16,
+    /// What the bend sensor reads at rest.
+    bend_zero: Bend,
 }
 
 /// Where the setpoints come from.
@@ -138,6 +203,7 @@ enum Source {
     Vented,
     Manual(PerSegment<Pressure>),
     Sequence(Player),
+    Paused(Player, Reference),
 }
 
 impl Controller {
@@ -153,12 +219,14 @@ impl Controller {
         Self {
             coefficients,
             reference: Source::Vented,
+            last: Reference { setpoints: [Pressure::ZERO; 3], step: 0, repeat: 0, holding: false, finished: false },
             observer: Observer::new(pneumatics),
             regulator: Regulator::new(),
             supervisor: Supervisor::new(),
             inputs: None,
             zero: Pressure::ZERO,
             rested: 0,
+            bend_zero: Bend::ZERO,
         }
     }
 
@@ -166,6 +234,18 @@ impl Controller {
     #[must_use]
     pub const fn coefficients(&self) -> Coefficients {
         self.coefficients
+    }
+
+    /// What the pressure sensor reads at atmosphere.
+    #[must_use]
+    pub const fn pressure_zero(&self) -> Pressure {
+        self.zero
+    }
+
+    /// What the bend sensor reads at rest.
+    #[must_use]
+    pub const fn bend_zero(&self) -> Bend {
+        self.bend_zero
     }
 
     /// Takes a command.
@@ -179,6 +259,20 @@ impl Controller {
                 let inputs = self.inputs.ok_or(Rejection::NoFault)?;
                 return self.supervisor.clear(&inputs);
             }
+            Command::ZeroSensors => return self.zero_sensors(),
+            Command::Calibrate(coefficients) => {
+                self.require_vented()?;
+                self.coefficients = coefficients;
+                return Ok(());
+            }
+            Command::Pause => {
+                let Source::Sequence(player) = &self.reference else { return Err(Rejection::NotRunning) };
+                Source::Paused(player.clone(), self.last)
+            }
+            Command::Resume => {
+                let Source::Paused(player, _) = &self.reference else { return Err(Rejection::NotPaused) };
+                Source::Sequence(player.clone())
+            }
             Command::Run(_) | Command::Setpoints(_) if self.supervisor.fault().is_some() => {
                 return Err(Rejection::Faulted);
             }
@@ -191,6 +285,26 @@ impl Controller {
             }
         };
         self.reference = next;
+        Ok(())
+    }
+
+    fn require_vented(&self) -> Result<(), Rejection> {
+        match (&self.reference, self.supervisor.fault()) {
+            (_, Some(_)) => Err(Rejection::Faulted),
+            (Source::Vented, None) => Ok(()),
+            _ => Err(Rejection::NotVented),
+        }
+    }
+
+    fn zero_sensors(&mut self) -> Result<(), Rejection> {
+        self.require_vented()?;
+        let Some(Inputs { manifold: Reading::Valid(pressure), bend: Reading::Valid(bend), .. }) = self.inputs else {
+            return Err(Rejection::ZeroOutOfLimits);
+        };
+        if pressure.abs() > ZERO_LIMIT || bend.abs() > BEND_ZERO_LIMIT {
+            return Err(Rejection::ZeroOutOfLimits);
+        }
+        (self.zero, self.bend_zero) = (pressure, bend);
         Ok(())
     }
 
@@ -211,12 +325,16 @@ impl Controller {
                 outputs.mode = Mode::Faulted(fault);
                 self.regulator.vent()
             }
-            (None, Mode::Running | Mode::Holding) => self.regulator.step(outputs.setpoints, &mut self.observer),
+            (None, Mode::Running | Mode::Holding | Mode::Paused) => {
+                self.regulator.step(outputs.setpoints, &mut self.observer)
+            }
             (None, _) => self.regulator.vent(),
         };
         self.observer.commanded(&outputs.actuation);
         self.follow_zero(inputs.manifold, outputs.actuation);
         outputs.estimates = self.observer.chambers();
+        outputs.manifold = inputs.manifold.map(|pressure| pressure - self.zero);
+        outputs.bend = inputs.bend.map(|bend| bend - self.bend_zero);
         outputs
     }
 
@@ -245,16 +363,23 @@ impl Controller {
             step: 0,
             repeat: 0,
             holding: false,
+            manifold: Reading::BelowRange,
+            bend: Reading::BelowRange,
         };
         match &mut self.reference {
             Source::Vented => {}
             Source::Manual(setpoints) => {
                 (outputs.mode, outputs.setpoints, outputs.holding) = (Mode::Holding, *setpoints, true);
             }
+            Source::Paused(_, last) => {
+                (outputs.mode, outputs.setpoints) = (Mode::Paused, last.setpoints);
+                (outputs.step, outputs.repeat) = (last.step, last.repeat);
+            }
             Source::Sequence(player) => {
                 let coefficients = self.coefficients;
                 let reference = player
                     .advance(|bend| pressure_from_bend(&coefficients, bend).clamp(Pressure::ZERO, PRESSURE_LIMIT));
+                self.last = reference;
                 if reference.finished {
                     self.reference = Source::Vented;
                     return outputs;
@@ -270,5 +395,77 @@ impl Controller {
             }
         }
         outputs
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibration;
+    use crate::sequence::library;
+
+    const CALM: Inputs = Inputs {
+        now: Millis::ZERO,
+        manifold: Reading::Valid(Pressure::ZERO),
+        bend: Reading::Valid(Bend::ZERO),
+        over_pressure_switch: false,
+        emergency_stop: false,
+    };
+
+    fn run(controller: &mut Controller, ticks: u32) -> Outputs {
+        (1..ticks).for_each(|_| {
+            controller.step(&CALM);
+        });
+        controller.step(&CALM)
+    }
+
+    #[test]
+    fn a_pause_keeps_setpoints_and_time() {
+        let mut controller = Controller::new(calibration::DEFAULT);
+        assert_eq!(controller.command(Command::Pause), Err(Rejection::NotRunning));
+        let sequence = library::find("all").expect("built in");
+        controller.command(Command::Run(sequence)).expect("taken");
+        let mut through = controller.clone();
+        let before = run(&mut controller, 700);
+        assert_eq!(controller.command(Command::Resume), Err(Rejection::NotPaused));
+        controller.command(Command::Pause).expect("running");
+        let paused = run(&mut controller, 5000);
+        assert_eq!((paused.mode, paused.setpoints, paused.step), (Mode::Paused, before.setpoints, before.step));
+        controller.command(Command::Resume).expect("paused");
+        // As if there had been no pause.
+        run(&mut through, 700);
+        assert_eq!(run(&mut controller, 1).setpoints, run(&mut through, 1).setpoints);
+        // A fault ends a pause too.
+        controller.command(Command::Pause).expect("running");
+        controller.step(&Inputs { emergency_stop: true, ..CALM });
+        assert_eq!(controller.command(Command::Resume), Err(Rejection::NotPaused));
+    }
+
+    #[test]
+    fn zeros_are_taken_vented_and_within_their_limits() {
+        let mut controller = Controller::new(calibration::DEFAULT);
+        assert_eq!(controller.command(Command::ZeroSensors), Err(Rejection::ZeroOutOfLimits));
+        let off = Inputs {
+            manifold: Reading::Valid(Pressure::from_milli_kpa(1500)),
+            bend: Reading::Valid(Bend::from_deg(-3)),
+            ..CALM
+        };
+        controller.step(&off);
+        controller.command(Command::ZeroSensors).expect("within the limits");
+        let outputs = controller.step(&off);
+        assert_eq!(outputs.manifold, Reading::Valid(Pressure::ZERO));
+        assert_eq!(outputs.bend, Reading::Valid(Bend::ZERO));
+        for beyond in [
+            Inputs { manifold: Reading::Valid(Pressure::from_milli_kpa(2001)), ..CALM },
+            Inputs { bend: Reading::Valid(Bend::from_milli_deg(8001)), ..CALM },
+            Inputs { bend: Reading::BelowRange, ..CALM },
+        ] {
+            controller.step(&beyond);
+            assert_eq!(controller.command(Command::ZeroSensors), Err(Rejection::ZeroOutOfLimits));
+        }
+        controller.step(&CALM);
+        controller.command(Command::Setpoints([Pressure::from_kpa(10); 3])).expect("taken");
+        assert_eq!(controller.command(Command::ZeroSensors), Err(Rejection::NotVented));
+        assert_eq!(controller.command(Command::Calibrate(calibration::DEFAULT)), Err(Rejection::NotVented));
     }
 }

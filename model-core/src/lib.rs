@@ -15,6 +15,7 @@ pub mod inverse;
 pub mod observer;
 #[cfg(any(test, feature = "host"))]
 pub mod paper;
+pub mod protocol;
 pub mod regulator;
 pub mod sequence;
 pub mod supervisor;

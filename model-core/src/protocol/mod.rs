@@ -1,0 +1,18 @@
+//! The host's link: messages in frames.
+//!
+//! A frame is `COBS(version, message, CRC-32 of both, little endian)` and a zero byte. The message is postcard. COBS lies
+//! outside, so that a zero always ends a frame and a receiver that joins late or loses bytes is in step again at the
+//! next one; the CRC lies next, because COBS and postcard accept many damaged frames as other valid ones.
+//! `docs/protocol.md` describes every field and has test vectors.
+
+pub mod frame;
+pub mod message;
+
+pub use frame::{Decoder, FrameError, MAX_FRAME, encode};
+pub use message::{
+    Identity, LinkCommand, LinkMode, Reason, Report, Request, ResetCause, SequenceName, Telemetry, actuation_of,
+    outputs_of,
+};
+
+/// Version of frames and messages; a frame of another version is dropped.
+pub const VERSION: u8 = 1;
