@@ -1,11 +1,31 @@
-//! The controller's firmware for the NUCLEO-F446RE: steps the core once a millisecond.
+//! The controller's firmware for the NUCLEO-F446RE.
 //!
-//! Its pins are not driven yet. At reset every pin is an input, so every coil is without current, and the normally
-//! open valves vent the finger: the safe state. Until the sensors are read, the core is told that they are missing;
-//! it latches that fault and stays vented.
+//! | task | executor | does |
+//! |---|---|---|
+//! | `interlock::watch` (two) | interrupt UART5 | emergency stop and over-pressure switch: all coils to rest, latched |
+//! | `acquisition::acquire` | thread | sixteen scans by timer and DMA, summed to a sample a millisecond |
+//! | `control::control` | thread | the core's step, coils, answers |
+//! | `link::receive`, `link::transmit` | thread | frames from and to the host, telemetry 100 times a second |
+//! | `beats::supervise` | thread | feeds the watchdog when all of the above have beaten |
 #![cfg_attr(target_os = "none", no_std)]
 #![cfg_attr(target_os = "none", no_main)]
 
+#[cfg(target_os = "none")]
+mod acquisition;
+#[cfg(target_os = "none")]
+mod beats;
+#[cfg(target_os = "none")]
+mod board;
+#[cfg(target_os = "none")]
+mod control;
+#[cfg(target_os = "none")]
+mod interlock;
+#[cfg(target_os = "none")]
+mod link;
+#[cfg(target_os = "none")]
+mod outputs;
+#[cfg(target_os = "none")]
+mod reset;
 #[cfg(target_os = "none")]
 mod target;
 

@@ -1,66 +1,63 @@
-//! What runs on the board.
+//! What runs on the board: starts the tasks.
 
+use crate::acquisition::acquire;
+use crate::beats::{self, Beat};
+use crate::board::{self, INTERLOCK_INTERRUPT, TICK_CODES};
+use crate::control::{Panel, control};
+use crate::outputs::{self, Trip};
+use crate::{interlock, link, reset};
+use cortex_m::singleton;
 use defmt_rtt as _;
-use embassy_executor::Spawner;
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::watch::Watch;
-use embassy_time::{Duration, Instant, Ticker};
-use model_core::calibration;
-use model_core::controller::{Controller, Inputs, Mode, Outputs, Reading};
-use model_core::units::Millis;
-use panic_probe as _;
+use embassy_executor::{InterruptExecutor, Spawner};
+use embassy_stm32::interrupt;
 
-/// The last tick's outputs, for whoever drives pins or reports.
-static OUTPUTS: Watch<CriticalSectionRawMutex, Outputs, 2> = Watch::new();
+static INTERLOCK: InterruptExecutor = InterruptExecutor::new();
+
+#[interrupt]
+unsafe fn UART5() {
+    // SAFETY: this is the interrupt that the executor was started with.
+    unsafe { INTERLOCK.on_interrupt() }
+}
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
-    let _peripherals = embassy_stm32::init(embassy_stm32::Config::default());
-    defmt::info!("vented, waiting for sensors");
-    match control() {
-        Ok(task) => spawner.spawn(task),
-        Err(_) => defmt::error!("no room for the control task"),
+    reset::read_cause();
+    if let Some(mut core) = cortex_m::Peripherals::take() {
+        core.DCB.enable_trace();
+        core.DWT.enable_cycle_counter();
     }
-    report().await;
-}
-
-/// The core, once a millisecond.
-#[embassy_executor::task]
-async fn control() {
-    let mut controller = Controller::new(calibration::DEFAULT);
-    let mut ticker = Ticker::every(Duration::from_millis(1));
-    let sender = OUTPUTS.sender();
-    loop {
-        let inputs = Inputs {
-            // 32 bits of milliseconds last 49 days, longer than any session.
-            now: Millis(Instant::now().as_millis() as u32),
-            manifold: Reading::BelowRange,
-            bend: Reading::BelowRange,
-            over_pressure_switch: false,
-            emergency_stop: false,
-        };
-        sender.send(controller.step(&inputs));
-        ticker.next().await;
-    }
-}
-
-/// Logs each change of the controller's mode, out of the control task's way.
-async fn report() -> ! {
-    let Some(mut outputs) = OUTPUTS.receiver() else {
-        defmt::error!("no room for another receiver");
-        core::future::pending().await
+    let started = singleton!(: [u16; 2 * TICK_CODES] = [0; 2 * TICK_CODES])
+        .zip(singleton!(: [u8; 256] = [0; 256]))
+        .and_then(|(adc, uart)| board::start(adc, uart));
+    let Some(board) = started else {
+        // Coils rest; the watchdog is not running yet, so this stays, vented.
+        defmt::error!("the board does not start");
+        return;
     };
-    let mut last = None;
-    loop {
-        let mode = outputs.changed().await.mode;
-        if last != Some(mode) {
-            last = Some(mode);
-            match mode {
-                Mode::Vented => defmt::info!("vented"),
-                Mode::Running => defmt::info!("running"),
-                Mode::Holding => defmt::info!("holding"),
-                Mode::Faulted(fault) => defmt::warn!("vented by fault {=u8}", fault as u8),
-            }
-        }
+    reset::report();
+    outputs::adopt(board.coils);
+    let interlock = INTERLOCK.start(INTERLOCK_INTERRUPT);
+    let panel = Panel { start_button: board.start_button, running_led: board.running_led, fault_led: board.fault_led };
+    // A task that does not start does not beat, and the watchdog never lets the board run without it.
+    if let Ok(task) = interlock::watch(board.emergency_stop, Trip::EmergencyStop, Beat::EmergencyStop) {
+        interlock.spawn(task);
+    }
+    if let Ok(task) = interlock::watch(board.over_pressure, Trip::OverPressure, Beat::OverPressure) {
+        interlock.spawn(task);
+    }
+    if let Ok(task) = beats::supervise(board.watchdog) {
+        spawner.spawn(task);
+    }
+    if let Ok(task) = acquire(board.adc, board.sampling) {
+        spawner.spawn(task);
+    }
+    if let Ok(task) = control(panel) {
+        spawner.spawn(task);
+    }
+    if let Ok(task) = link::receive(board.receiver) {
+        spawner.spawn(task);
+    }
+    if let Ok(task) = link::transmit(board.transmitter) {
+        spawner.spawn(task);
     }
 }

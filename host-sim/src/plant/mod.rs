@@ -193,6 +193,16 @@ impl Plant {
         self.inputs
     }
 
+    /// The mean converter code (0..=4095) behind the bend reading: bridge, amplifier and converter in f64.
+    #[must_use]
+    pub fn bend_code(&self) -> f64 {
+        match self.inputs.bend {
+            Reading::Valid(bend) => self.parameters.bend_sensor.code(bend.to_f64()),
+            Reading::BelowRange => 0.0,
+            Reading::AboveRange => 4095.0,
+        }
+    }
+
     /// The mean converter code (0..=4095) behind the pressure reading.
     #[must_use]
     pub fn pressure_code(&self) -> f64 {

@@ -165,11 +165,44 @@ pub struct BendSensorParameters {
     pub gain_error: f64,
     /// Noise of one tick's reading, degrees rms. Default 0.3: assumed.
     pub noise_deg: f64,
+    /// Gauge factor. Default 2.1: usual for the BF350-3AA.
+    pub gauge_factor: f64,
+    /// Strain for each degree of bend. Default 25e-6: assumed.
+    pub strain_per_deg: f64,
+    /// Bridge supply, V. Default 5: assumed.
+    pub excitation_volts: f64,
+    /// Gain of the amplifier. Default 120: assumed.
+    pub gain: f64,
+    /// Amplifier's output without strain, V. Default 0.2: assumed.
+    pub offset_volts: f64,
+    /// Full scale of the 12-bit converter, V. Default 3.3: the board's supply.
+    pub full_scale_volts: f64,
+}
+
+impl BendSensorParameters {
+    /// The mean converter code, 0..=4095, at a bend in degrees: a quarter bridge, Vout/Vex = (GF e/4)/(1 + GF e/2).
+    #[must_use]
+    pub fn code(&self, bend_deg: f64) -> f64 {
+        let elongation = self.gauge_factor * bend_deg * self.strain_per_deg;
+        let bridge = self.excitation_volts * 0.25 * elongation / (1.0 + 0.5 * elongation);
+        ((self.offset_volts + self.gain * bridge) / self.full_scale_volts * 4096.0).clamp(0.0, 4095.0)
+    }
 }
 
 impl Default for BendSensorParameters {
     fn default() -> Self {
-        Self { range_deg: 360.0, resolution_deg: 0.1, gain_error: 0.01, noise_deg: 0.3 }
+        Self {
+            range_deg: 360.0,
+            resolution_deg: 0.1,
+            gain_error: 0.01,
+            noise_deg: 0.3,
+            gauge_factor: 2.1,
+            strain_per_deg: 25e-6,
+            excitation_volts: 5.0,
+            gain: 120.0,
+            offset_volts: 0.2,
+            full_scale_volts: 3.3,
+        }
     }
 }
 

@@ -132,7 +132,7 @@ mod tests {
             LinkCommand::Vent,
             LinkCommand::Setpoints([60 << 16, 30 << 16, 60 << 16]),
             LinkCommand::ZeroSensors,
-            LinkCommand::Calibrate { k: 0, c1: 906_723, c2: 21_995 },
+            LinkCommand::Calibrate { k: 0, c1: 232_121_178, c2: 5_630_601 },
             LinkCommand::Identify,
             LinkCommand::ClearFault,
         ]

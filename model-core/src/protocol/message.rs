@@ -1,6 +1,6 @@
 //! What host and device say to each other.
 //!
-//! Pressures are in 2^-16 kPa, bends in 2^-16 degree, as [`crate::units`] keep them.
+//! Pressures are in 2^-16 kPa, bends in 2^-16 degree, coefficients in 2^-24 kPa, as [`crate::units`] keep them.
 
 use crate::actuation::{Actuation, Passage};
 use crate::controller::Rejection;
@@ -33,7 +33,7 @@ pub enum LinkCommand {
     Setpoints([i32; 3]),
     /// Takes what the sensors read now, vented, as zero.
     ZeroSensors,
-    /// Uses these coefficients (2^-16 kPa) from now on.
+    /// Uses these coefficients (2^-24 kPa) from now on.
     Calibrate {
         /// Linear bending stiffness, 0..=60 kPa.
         k: i32,
@@ -82,7 +82,7 @@ pub struct Identity {
     pub serial: [u32; 3],
     /// Why the device last started.
     pub reset_cause: ResetCause,
-    /// k, c1, c2 in use, 2^-16 kPa.
+    /// k, c1, c2 in use, 2^-24 kPa.
     pub coefficients: [i32; 3],
     /// What the pressure sensor reads at atmosphere, 2^-16 kPa.
     pub pressure_zero: i32,

@@ -394,6 +394,17 @@ impl Board {
         core::mem::take(&mut self.lines)
     }
 
+    /// Scans that [`Self::take_converted`] would return.
+    #[must_use]
+    pub fn converted(&self) -> usize {
+        self.uc.get_data().converted.len()
+    }
+
+    /// The codes that the converter has delivered since the last call, scan by scan: pressure, bend.
+    pub fn take_converted(&mut self) -> Vec<[u16; 2]> {
+        core::mem::take(&mut self.uc.get_data_mut().converted)
+    }
+
     /// Contents of the settings' flash.
     #[must_use]
     pub fn settings(&self) -> &[u8] {

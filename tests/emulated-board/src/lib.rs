@@ -7,6 +7,7 @@
 //! Virtual time counts one cycle of 180 MHz for each instruction ([`time::INSTRUCTION`]), those that an IT block skips
 //! among them, and jumps over sleep.
 
+pub mod bench;
 pub mod board;
 #[allow(missing_docs)]
 mod machine;
@@ -15,6 +16,7 @@ mod peripheral;
 mod rtt;
 pub mod time;
 
+pub use bench::Bench;
 pub use board::{Board, Pin};
 pub use machine::Halt;
 pub use peripheral::power::ResetCause;

@@ -54,6 +54,8 @@ pub struct Machine {
     debug: [u32; 4],
     scanned_to: u64,
     sent_at: u64,
+    /// What the converter delivered, scan by scan.
+    pub converted: Vec<[u16; 2]>,
     /// The core's own state between quanta.
     pub core: Core,
 }
@@ -101,6 +103,7 @@ impl Machine {
             debug: [0; 4],
             scanned_to: 0,
             sent_at: NEVER,
+            converted: Vec::new(),
             core: Core::default(),
         }
     }
@@ -275,9 +278,13 @@ fn scan(uc: &mut Unicorn<'_, Machine>, now: u64) {
             }
             machine.scanned_to = next;
         }
-        for channel in machine.adc.channels() {
+        let mut codes = [0; 2];
+        for (index, channel) in machine.adc.channels().enumerate() {
             let machine = uc.get_data_mut();
             let code = machine.adc.convert(channel);
+            if let Some(place) = codes.get_mut(index) {
+                *place = code;
+            }
             if !machine.adc.uses_dma() {
                 continue;
             }
@@ -286,6 +293,7 @@ fn scan(uc: &mut Unicorn<'_, Machine>, now: u64) {
                 None => machine.adc.overrun(),
             }
         }
+        uc.get_data_mut().converted.push(codes);
     }
     uc.get_data_mut().scanned_to = now;
 }

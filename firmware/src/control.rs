@@ -1,0 +1,177 @@
+//! The core, once for each sample.
+
+use crate::acquisition::{SAMPLE, Sample};
+use crate::beats::{self, Beat};
+use crate::outputs::{self, Trip};
+use crate::{board, link};
+use cortex_m::peripheral::DWT;
+use embassy_stm32::gpio::{Input, Output};
+use embassy_time::{Duration, with_timeout};
+use fixed::types::I8F24;
+use model_core::calibration;
+use model_core::controller::{Command, Controller, Inputs, Mode, Outputs, Reading};
+use model_core::protocol::{Identity, LinkCommand, Reason, Report, Request};
+use model_core::sequence::library;
+use model_core::units::{Coefficients, Millis, Pressure};
+
+/// A sample that is this late is missing: the core is told that its sensors fail, and vents after its own time.
+const LATE: Duration = Duration::from_millis(3);
+/// Ticks between two telemetry messages.
+const TELEMETRY_TICKS: u32 = 10;
+/// Ticks for which the start button must be down.
+const DEBOUNCE_TICKS: u8 = 30;
+
+/// One tick as the transmitter reports it.
+#[derive(Clone, Copy)]
+pub struct Snapshot {
+    pub at: Millis,
+    pub outputs: Outputs,
+    pub coefficients: Coefficients,
+    pub overruns: u16,
+    pub worst_tick_cycles: u32,
+}
+
+/// The start button and the lights.
+pub struct Panel {
+    pub start_button: Input<'static>,
+    pub running_led: Output<'static>,
+    pub fault_led: Output<'static>,
+}
+
+#[embassy_executor::task]
+pub async fn control(mut panel: Panel) -> ! {
+    let mut controller = Controller::new(calibration::DEFAULT);
+    let (mut expected, mut overruns, mut worst) = (None, 0_u16, 0);
+    let (mut ticks, mut pressed, mut last_mode) = (0_u32, 0_u8, None);
+    loop {
+        let sample = with_timeout(LATE, SAMPLE.wait()).await.ok();
+        let start = DWT::cycle_count();
+        beats::beat(Beat::Control);
+        match (sample, expected) {
+            (Some(sample), Some(number)) if sample.number != number => overruns = overruns.saturating_add(1),
+            (None, Some(_)) => overruns = overruns.saturating_add(1),
+            _ => {}
+        }
+        expected = sample.map_or(expected, |sample| Some(sample.number.wrapping_add(1)));
+
+        let request = link::REQUESTS.try_receive().ok();
+        if matches!(&request, Some(Request { command: LinkCommand::ClearFault, .. })) {
+            // Before the inputs are read: the core clears only what is no longer there.
+            outputs::rearm();
+        }
+        let inputs = inputs(sample.as_ref());
+        let mut outputs = controller.step(&inputs);
+        outputs.actuation = outputs::drive(&outputs.actuation, inputs.now);
+        if let Some(request) = request {
+            answer(&mut controller, request);
+        }
+
+        pressed = if panel.start_button.is_low() { pressed.saturating_add(1) } else { 0 };
+        if pressed == DEBOUNCE_TICKS {
+            press(&mut controller, outputs.mode);
+        }
+        if last_mode != Some(outputs.mode) {
+            last_mode = Some(outputs.mode);
+            show(&mut panel, outputs.mode);
+        }
+        worst = worst.max(DWT::cycle_count().wrapping_sub(start));
+        ticks = ticks.wrapping_add(1);
+        if ticks % TELEMETRY_TICKS == 0 {
+            let coefficients = controller.coefficients();
+            link::SNAPSHOT.signal(Snapshot {
+                at: inputs.now,
+                outputs,
+                coefficients,
+                overruns,
+                worst_tick_cycles: worst,
+            });
+        }
+    }
+}
+
+fn inputs(sample: Option<&Sample>) -> Inputs {
+    let missing = Inputs {
+        now: Millis(embassy_time::Instant::now().as_millis() as u32),
+        manifold: Reading::BelowRange,
+        bend: Reading::BelowRange,
+        over_pressure_switch: outputs::tripped(Trip::OverPressure),
+        emergency_stop: outputs::tripped(Trip::EmergencyStop),
+    };
+    let Some(&Sample { at, sums: [pressure, bend], conversions, .. }) = sample else { return missing };
+    Inputs {
+        now: at,
+        manifold: board::PRESSURE.reading(pressure, conversions),
+        bend: board::BEND.reading(bend, conversions),
+        ..missing
+    }
+}
+
+/// The start button: starts the default sequence when vented, vents otherwise.
+fn press(controller: &mut Controller, mode: Mode) {
+    let command = match (mode, library::find("reconfigure")) {
+        (Mode::Vented, Some(sequence)) => Command::Run(sequence),
+        _ => Command::Vent,
+    };
+    if controller.command(command).is_err() {
+        defmt::warn!("the start button was not taken");
+    }
+}
+
+fn show(panel: &mut Panel, mode: Mode) {
+    let busy = matches!(mode, Mode::Running | Mode::Holding | Mode::Paused);
+    panel.running_led.set_level(busy.into());
+    panel.fault_led.set_level(matches!(mode, Mode::Faulted(_)).into());
+    match mode {
+        Mode::Vented => defmt::info!("vented"),
+        Mode::Running => defmt::info!("running"),
+        Mode::Holding => defmt::info!("holding"),
+        Mode::Paused => defmt::info!("paused"),
+        Mode::Faulted(fault) => defmt::warn!("vented by fault {=u8}", fault.code()),
+    }
+}
+
+fn answer(controller: &mut Controller, request: Request) {
+    let id = request.id;
+    let report = match take(controller, &request.command) {
+        Ok(()) if request.command == LinkCommand::Identify => Report::Identity(identity(controller, id)),
+        Ok(()) => Report::Ack { id },
+        Err(reason) => Report::Nack { id, reason },
+    };
+    // A full queue means that the host does not read: it asks again.
+    let _ = link::ANSWERS.try_send(report);
+}
+
+fn take(controller: &mut Controller, command: &LinkCommand) -> Result<(), Reason> {
+    let command = match command {
+        LinkCommand::Identify => return Ok(()),
+        LinkCommand::Run(name) => Command::Run(library::find(name).ok_or(Reason::UnknownSequence)?),
+        LinkCommand::Pause => Command::Pause,
+        LinkCommand::Resume => Command::Resume,
+        LinkCommand::Vent => Command::Vent,
+        LinkCommand::Setpoints(bits) => Command::Setpoints(bits.map(Pressure::from_bits)),
+        LinkCommand::ZeroSensors => Command::ZeroSensors,
+        LinkCommand::Calibrate { k, c1, c2 } => {
+            let [k, c1, c2] = [*k, *c1, *c2].map(I8F24::from_bits);
+            Command::Calibrate(Coefficients::new(k, c1, c2).map_err(|_| Reason::CoefficientOutOfLimits)?)
+        }
+        LinkCommand::ClearFault => Command::ClearFault,
+    };
+    controller.command(command).map_err(Reason::from)
+}
+
+fn identity(controller: &Controller, id: u16) -> Identity {
+    let coefficients = controller.coefficients();
+    let uid = embassy_stm32::uid::uid();
+    let word = |at: usize| uid.get(at..at + 4).and_then(|bytes| bytes.try_into().ok()).map_or(0, u32::from_le_bytes);
+    Identity {
+        id,
+        protocol: model_core::protocol::VERSION,
+        firmware: heapless::String::try_from(env!("CARGO_PKG_VERSION")).unwrap_or_default(),
+        serial: [word(0), word(4), word(8)],
+        reset_cause: crate::reset::cause(),
+        coefficients: [coefficients.k(), coefficients.c1(), coefficients.c2()].map(I8F24::to_bits),
+        pressure_zero: controller.pressure_zero().to_bits(),
+        bend_zero: controller.bend_zero().to_bits(),
+        sequences: library::ALL.len() as u8,
+    }
+}

@@ -1,0 +1,82 @@
+//! The coils, shared by the control task and the interlock, which wins.
+
+use crate::board::Coils;
+use core::cell::RefCell;
+use core::sync::atomic::{AtomicU8, Ordering};
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_time::Instant;
+use model_core::actuation::Actuation;
+use model_core::units::Millis;
+
+/// What tripped the interlock.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Trip {
+    /// The emergency stop.
+    EmergencyStop = 1,
+    /// The pressure sensor's switch.
+    OverPressure = 2,
+}
+
+static COILS: Mutex<CriticalSectionRawMutex, RefCell<Option<Coils>>> = Mutex::new(RefCell::new(None));
+/// A bit for each trip since the last rearming.
+static LATCHED: AtomicU8 = AtomicU8::new(0);
+/// A bit for each input that is up now.
+static UP: AtomicU8 = AtomicU8::new(0);
+
+/// Hands over the coils, at rest.
+pub fn adopt(coils: Coils) {
+    COILS.lock(|cell| cell.replace(Some(coils)));
+}
+
+/// Drives the coils as the core decided; while the interlock is tripped they rest instead. Returns what is driven.
+pub fn drive(actuation: &Actuation, now: Millis) -> Actuation {
+    COILS.lock(|cell| {
+        // Read inside the critical section: a trip comes before it or after it, never within.
+        let tripped = LATCHED.load(Ordering::Acquire) != 0;
+        let wanted = if tripped { Actuation::SAFE } else { *actuation };
+        if let Ok(mut coils) = cell.try_borrow_mut()
+            && let Some(coils) = coils.as_mut()
+        {
+            apply(coils, &wanted, now);
+        }
+        wanted
+    })
+}
+
+/// A pin of the chip cannot fail (its error type is empty), so there is nothing to report.
+fn apply(coils: &mut Coils, wanted: &Actuation, now: Millis) {
+    let _ = if wanted.pump || *wanted != Actuation::SAFE {
+        coils.pump.drive(wanted.pump, now).map(|_| ())
+    } else {
+        coils.pump.release(now)
+    };
+    let _ = coils.dump.drive(wanted.dump);
+    for (valve, passage) in coils.segments.iter_mut().zip(wanted.segments) {
+        let _ = valve.drive(passage);
+    }
+}
+
+/// Everything to rest, now, and latched.
+pub fn trip(cause: Trip) {
+    UP.fetch_or(cause as u8, Ordering::AcqRel);
+    LATCHED.fetch_or(cause as u8, Ordering::AcqRel);
+    drive(&Actuation::SAFE, Millis(Instant::now().as_millis() as u32));
+}
+
+/// The input that tripped is down again; the latch stays.
+pub fn down(cause: Trip) {
+    UP.fetch_and(!(cause as u8), Ordering::AcqRel);
+}
+
+/// Whether this trip is latched.
+pub fn tripped(cause: Trip) -> bool {
+    LATCHED.load(Ordering::Acquire) & cause as u8 != 0
+}
+
+/// Takes the latch back where the input is down.
+pub fn rearm() {
+    let up = UP.load(Ordering::Acquire);
+    LATCHED.fetch_and(up, Ordering::AcqRel);
+}

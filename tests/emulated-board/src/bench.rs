@@ -1,0 +1,196 @@
+//! The emulated board with the simulated finger on it, and a host on its UART.
+
+use crate::board::{Board, Pin};
+use crate::machine::Halt;
+use crate::peripheral::power::ResetCause;
+use crate::time::{MICROSECOND, MILLISECOND};
+use anyhow::{Result, bail};
+use host_sim::plant::{Plant, PlantParameters, Scene};
+use model_core::actuation::{Actuation, Passage};
+use model_core::protocol::{Decoder, FrameError, LinkCommand, MAX_FRAME, Report, Request, Telemetry, encode};
+
+const PUMP: Pin = Pin('B', 5);
+const DUMP: Pin = Pin('B', 10);
+const SEGMENTS: [Pin; 3] = [Pin('A', 8), Pin('A', 9), Pin('A', 10)];
+/// The ISE30A's switch: high is over-pressure.
+pub const SWITCH: Pin = Pin('C', 2);
+/// The emergency stop: high is pressed.
+pub const STOP: Pin = Pin('C', 3);
+/// The start button: low is pressed.
+pub const START: Pin = Pin('C', 13);
+const PRESSURE_CHANNEL: u8 = 10;
+const BEND_CHANNEL: u8 = 11;
+
+/// Scans in a tick of the firmware.
+const SCANS: usize = 16;
+
+/// Longest time until a request is answered, ms.
+const ANSWER_MS: u32 = 100;
+
+/// See the module's page.
+pub struct Bench {
+    /// The board.
+    pub board: Board,
+    /// The finger.
+    pub plant: Plant,
+    /// Telemetry so far.
+    pub telemetry: Vec<Telemetry>,
+    /// Answers that nobody has taken.
+    pub answers: Vec<Report>,
+    /// Frames from the board that could not be read.
+    pub damaged: Vec<FrameError>,
+    decoder: Decoder,
+    next_id: u16,
+    /// Emergency stop and switch pressed by hand, beside the plant's own.
+    pub stop_pressed: bool,
+    /// The same for the switch.
+    pub switch_pressed: bool,
+    milliseconds: u64,
+}
+
+impl Bench {
+    /// Firmware and finger at rest, just switched on.
+    ///
+    /// # Errors
+    /// When the file is not the firmware's ELF.
+    pub fn new(elf: &[u8], parameters: PlantParameters, scene: Scene, seed: u64) -> Result<Self> {
+        let mut bench = Self {
+            board: Board::new(elf)?,
+            plant: Plant::new(parameters, scene, seed),
+            telemetry: Vec::new(),
+            answers: Vec::new(),
+            damaged: Vec::new(),
+            decoder: Decoder::new(),
+            next_id: 1,
+            stop_pressed: false,
+            switch_pressed: false,
+            milliseconds: 0,
+        };
+        bench.board.wire(START, true);
+        bench.wire();
+        bench.align()?;
+        Ok(bench)
+    }
+
+    /// Puts the plant's steps 0.7 ms after the converter's ticks, so that a tick's decision is on the pins before the
+    /// plant takes it.
+    fn align(&mut self) -> Result<()> {
+        let mut scans = 0;
+        while scans < SCANS {
+            let next = self.board.time() + 10 * MICROSECOND;
+            if self.board.run_until(next)?.is_some() || next > 100 * MILLISECOND {
+                bail!("the converter does not start; log {:?}", self.board.log_lines());
+            }
+            scans = self.board.converted();
+        }
+        let next = self.board.time() + 700 * MICROSECOND;
+        self.board.run_until(next)?;
+        Ok(())
+    }
+
+    /// The default finger.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_seed(elf: &[u8], seed: u64) -> Result<Self> {
+        Self::new(elf, PlantParameters::default(), Scene::default(), seed)
+    }
+
+    fn wire(&mut self) {
+        let inputs = self.plant.inputs();
+        self.board.set_analogue(PRESSURE_CHANNEL, self.plant.pressure_code());
+        self.board.set_analogue(BEND_CHANNEL, self.plant.bend_code());
+        self.board.wire(SWITCH, inputs.over_pressure_switch || self.switch_pressed);
+        self.board.wire(STOP, inputs.emergency_stop || self.stop_pressed);
+    }
+
+    /// What the coils do to the machine: a coil whose pin is no output rests.
+    #[must_use]
+    pub fn actuation(&self) -> Actuation {
+        let current = |pin| self.board.driven(pin) == Some(true);
+        let passage = |pin| if current(pin) { Passage::Closed } else { Passage::Open };
+        Actuation { pump: current(PUMP), dump: passage(DUMP), segments: SEGMENTS.map(passage) }
+    }
+
+    /// One millisecond of board and finger. A reset is carried out, and returned.
+    ///
+    /// # Errors
+    /// As [`Board::run_until`].
+    pub fn step(&mut self) -> Result<Option<Halt>> {
+        self.wire();
+        let until = self.board.time() + MILLISECOND;
+        let halt = self.board.run_until(until)?;
+        if let Some(Halt::Reset(cause)) = halt {
+            self.board.reset(cause)?;
+        }
+        for byte in self.board.take_sent() {
+            match self.decoder.push::<Report>(byte) {
+                Some(Ok(Report::Telemetry(telemetry))) => self.telemetry.push(telemetry),
+                Some(Ok(answer)) => self.answers.push(answer),
+                Some(Err(error)) => self.damaged.push(error),
+                None => {}
+            }
+        }
+        let actuation = self.actuation();
+        self.plant.step(&actuation);
+        self.milliseconds += 1;
+        Ok(halt)
+    }
+
+    /// Milliseconds of the plant's time.
+    #[must_use]
+    pub const fn milliseconds(&self) -> u64 {
+        self.milliseconds
+    }
+
+    /// Runs on.
+    ///
+    /// # Errors
+    /// As [`Board::run_until`]; a reset and a power cut too.
+    pub fn run_ms(&mut self, milliseconds: u32) -> Result<()> {
+        for _ in 0..milliseconds {
+            if let Some(halt) = self.step()? {
+                bail!("the board stopped: {halt:?}; log {:?}", self.board.log_lines());
+            }
+        }
+        Ok(())
+    }
+
+    /// Restarts the board; the finger keeps its air.
+    ///
+    /// # Errors
+    /// As [`Board::reset`].
+    pub fn reset(&mut self, cause: ResetCause) -> Result<()> {
+        self.board.reset(cause)
+    }
+
+    /// Sends a request; returns its id.
+    pub fn request(&mut self, command: LinkCommand) -> u16 {
+        let id = self.next_id;
+        self.next_id = self.next_id.wrapping_add(1);
+        let mut frame = [0; MAX_FRAME];
+        let length = encode(&Request { id, command }, &mut frame).unwrap_or(0);
+        self.board.send(&frame[..length]);
+        id
+    }
+
+    /// Sends a request and waits for its answer.
+    ///
+    /// # Errors
+    /// When none comes, or the board stops.
+    pub fn ask(&mut self, command: &LinkCommand) -> Result<Report> {
+        let id = self.request(command.clone());
+        for _ in 0..ANSWER_MS {
+            self.run_ms(1)?;
+            let of_it = |report: &Report| match report {
+                Report::Ack { id: other } | Report::Nack { id: other, .. } => *other == id,
+                Report::Identity(identity) => identity.id == id,
+                Report::Telemetry(_) => false,
+            };
+            if let Some(index) = self.answers.iter().position(of_it) {
+                return Ok(self.answers.remove(index));
+            }
+        }
+        bail!("{command:?} got no answer within {ANSWER_MS} ms; log {:?}", self.board.log_lines())
+    }
+}

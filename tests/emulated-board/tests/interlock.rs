@@ -1,0 +1,137 @@
+//! Nothing that fails leaves the finger pressurised: emergency stop, pressure switch, hung code, restarts.
+
+use emulated_board::bench::{START, STOP, SWITCH};
+use emulated_board::time::MICROSECOND;
+use emulated_board::{Bench, Halt, Pin, ResetCause, firmware_elf};
+use model_core::actuation::Actuation;
+use model_core::controller::Fault;
+use model_core::protocol::{LinkCommand, LinkMode, Reason, Report, SequenceName};
+
+/// A bench in the hold of `all`, every chamber above 140 kPa.
+fn pressurised() -> Bench {
+    let mut bench = Bench::with_seed(&firmware_elf().expect("built"), 3).expect("starts");
+    bench.run_ms(1000).expect("stands by");
+    let name = SequenceName::try_from("all").expect("short");
+    assert!(matches!(bench.ask(&LinkCommand::Run(name)).expect("answers"), Report::Ack { .. }));
+    bench.run_ms(5000).expect("runs");
+    assert!(bench.plant.truth().chambers_kpa.iter().all(|&kpa| kpa > 140.0), "{:?}", bench.plant.truth());
+    assert_ne!(bench.actuation(), Actuation::SAFE);
+    bench
+}
+
+fn vents(bench: &mut Bench) {
+    for _ in 0..3000 {
+        bench.step().expect("goes on");
+        assert_eq!(bench.actuation(), Actuation::SAFE);
+    }
+    assert!(bench.plant.truth().chambers_kpa.iter().all(|&kpa| kpa < 5.0), "{:?}", bench.plant.truth());
+}
+
+/// Virtual time from the pin's edge until every coil rests, microseconds.
+fn latency_us(bench: &mut Bench, pin: Pin) -> f64 {
+    let start = bench.board.time();
+    bench.board.wire(pin, true);
+    while bench.actuation() != Actuation::SAFE {
+        let next = bench.board.time() + MICROSECOND / 4;
+        assert_eq!(bench.board.run_until(next).expect("runs"), None);
+        assert!(bench.board.time() - start < 1000 * MICROSECOND, "a millisecond has passed");
+    }
+    (bench.board.time() - start) as f64 / MICROSECOND as f64
+}
+
+#[test]
+fn the_interlock_rests_every_coil_within_100_us_at_any_moment_of_a_tick() {
+    let mut worst = [0.0_f64; 2];
+    for (index, (pin, fault)) in
+        [(STOP, Fault::EmergencyStop), (SWITCH, Fault::OverPressureSwitch)].into_iter().enumerate()
+    {
+        let mut bench = pressurised();
+        for moment in 0..40 {
+            // Spread over the tick, so that the control task is met in every part of its work.
+            let settle = bench.board.time() + moment * 25 * MICROSECOND;
+            assert_eq!(bench.board.run_until(settle).expect("runs"), None);
+            if bench.actuation() == Actuation::SAFE {
+                let name = SequenceName::try_from("all").expect("short");
+                assert!(matches!(bench.ask(&LinkCommand::Run(name)).expect("answers"), Report::Ack { .. }));
+                bench.run_ms(60).expect("runs");
+            }
+            worst[index] = worst[index].max(latency_us(&mut bench, pin));
+            // The tick after it cannot undo it, nor can one after the release.
+            bench.run_ms(5).expect("runs");
+            assert_eq!(bench.actuation(), Actuation::SAFE);
+            bench.run_ms(20).expect("runs");
+            let mode = bench.telemetry.last().expect("telemetry").mode;
+            assert_eq!(mode, LinkMode::Faulted(fault.code()));
+            let cleared = bench.ask(&LinkCommand::ClearFault).expect("answers");
+            assert!(matches!(cleared, Report::Ack { .. }), "{cleared:?}");
+        }
+    }
+    println!("emergency stop {:.2} us, pressure switch {:.2} us at the worst", worst[0], worst[1]);
+    assert!(worst.iter().all(|&us| us <= 100.0), "{worst:?}");
+}
+
+#[test]
+fn a_stop_that_stays_pressed_cannot_be_cleared() {
+    let mut bench = pressurised();
+    bench.stop_pressed = true;
+    vents(&mut bench);
+    let answer = bench.ask(&LinkCommand::ClearFault).expect("answers");
+    assert!(matches!(answer, Report::Nack { reason: Reason::CauseStillPresent, .. }), "{answer:?}");
+    bench.stop_pressed = false;
+    bench.run_ms(50).expect("runs");
+    assert!(matches!(bench.ask(&LinkCommand::ClearFault).expect("answers"), Report::Ack { .. }));
+    bench.run_ms(50).expect("runs");
+    assert_eq!(bench.telemetry.last().expect("telemetry").mode, LinkMode::Vented);
+}
+
+#[test]
+fn hung_code_is_reset_by_the_watchdog_and_comes_up_vented() {
+    let mut bench = pressurised();
+    bench.board.hang().expect("hangs");
+    let mut waited = 0;
+    let halt = loop {
+        waited += 1;
+        assert!(waited <= 110, "no reset within 110 ms");
+        if let Some(halt) = bench.step().expect("goes on") {
+            break halt;
+        }
+    };
+    assert_eq!(halt, Halt::Reset(ResetCause::Watchdog));
+    vents(&mut bench);
+    assert!(bench.board.log_lines().iter().any(|line| line.contains("watchdog")));
+    assert_eq!(bench.telemetry.last().expect("telemetry").mode, LinkMode::Vented);
+    println!("reset {waited} ms after the hang");
+}
+
+#[test]
+fn a_restart_in_mid_sequence_comes_up_vented_and_says_why() {
+    for (cause, words) in
+        [(ResetCause::Brownout, "brown-out"), (ResetCause::Pin, "reset pin"), (ResetCause::PowerOn, "power")]
+    {
+        let mut bench = pressurised();
+        bench.board.log_lines();
+        bench.reset(cause).expect("restarts");
+        assert_eq!(bench.actuation(), Actuation::SAFE);
+        vents(&mut bench);
+        let lines = bench.board.log_lines();
+        assert!(lines.iter().any(|line| line.contains(words)), "{lines:?}");
+        let mode = bench.telemetry.last().expect("telemetry").mode;
+        assert_eq!(mode, LinkMode::Vented);
+    }
+}
+
+#[test]
+fn the_start_button_starts_and_stops() {
+    let mut bench = Bench::with_seed(&firmware_elf().expect("built"), 4).expect("starts");
+    bench.run_ms(1000).expect("stands by");
+    let press = |bench: &mut Bench| {
+        bench.board.wire(START, false);
+        bench.run_ms(50).expect("runs");
+        bench.board.wire(START, true);
+        bench.run_ms(50).expect("runs");
+        bench.telemetry.last().expect("telemetry").mode
+    };
+    assert_eq!(press(&mut bench), LinkMode::Running);
+    bench.run_ms(1000).expect("runs");
+    assert_eq!(press(&mut bench), LinkMode::Vented);
+}
