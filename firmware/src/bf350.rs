@@ -162,7 +162,7 @@ mod tests {
             let expected = bend(output);
             match driver.reading(sum, 16) {
                 Reading::Valid(reading) => {
-                    worst = worst.max((f64::from(reading.to_bits()) / 65_536.0 - expected).abs())
+                    worst = worst.max((f64::from(reading.to_bits()) / 65_536.0 - expected).abs());
                 }
                 Reading::BelowRange => assert!(output < 0.0501 || expected < -19.9, "{sum}"),
                 Reading::AboveRange => assert!(expected > 359.9, "{sum}"),

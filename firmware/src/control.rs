@@ -28,6 +28,7 @@ pub struct Snapshot {
     pub outputs: Outputs,
     pub coefficients: Coefficients,
     pub overruns: u16,
+    pub tick_cycles: u32,
     pub worst_tick_cycles: u32,
 }
 
@@ -74,7 +75,8 @@ pub async fn control(mut panel: Panel) -> ! {
             last_mode = Some(outputs.mode);
             show(&mut panel, outputs.mode);
         }
-        worst = worst.max(DWT::cycle_count().wrapping_sub(start));
+        let tick_cycles = DWT::cycle_count().wrapping_sub(start);
+        worst = worst.max(tick_cycles);
         ticks = ticks.wrapping_add(1);
         if ticks % TELEMETRY_TICKS == 0 {
             let coefficients = controller.coefficients();
@@ -83,6 +85,7 @@ pub async fn control(mut panel: Panel) -> ! {
                 outputs,
                 coefficients,
                 overruns,
+                tick_cycles,
                 worst_tick_cycles: worst,
             });
         }

@@ -86,6 +86,7 @@ fn telemetry(snapshot: &Snapshot) -> Telemetry {
         force_mn: pose::force_mn(outputs.estimates),
         overruns: snapshot.overruns,
         dropped_frames: DROPPED.load(Ordering::Relaxed),
+        tick_cycles: snapshot.tick_cycles,
         worst_tick_cycles: snapshot.worst_tick_cycles,
     }
 }

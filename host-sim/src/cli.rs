@@ -7,6 +7,7 @@ use crate::eval::{self, EvalError, Function};
 use crate::metrics::{Summary, summarise};
 use crate::report::{self, Folder};
 use crate::simulate::{Program, Run};
+use crate::trace::Trace;
 use anyhow::{Result, anyhow};
 use clap::{Args, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -64,10 +65,26 @@ struct RunArguments {
     /// Where the report goes.
     #[arg(long, value_name = "DIR", default_value = "target/finger")]
     out: PathBuf,
+    /// What controls the finger: the core, linked in, or the firmware's own ELF on the emulated board. The first run on
+    /// the ELF installs and builds what that needs.
+    #[arg(long, value_enum, default_value_t = On::Core)]
+    on: On,
     /// Prints the figures as JSON.
     #[arg(long)]
     json: bool,
 }
+
+/// What controls the finger.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum On {
+    /// The core, linked in.
+    Core,
+    /// The firmware's ELF on the emulated board.
+    Elf,
+}
+
+/// Simulates a run on the ELF; hears milliseconds done and in all.
+pub type OnElf = fn(&Run, &mut dyn FnMut(u32, u32)) -> Result<Trace>;
 
 /// How a command failed.
 #[derive(Debug)]
@@ -118,10 +135,13 @@ fn coefficients(text: &str) -> Result<Coefficients, String> {
 }
 
 /// Parses and runs the command line; returns the exit code.
+///
+/// `on_elf` simulates what `run --on elf` asks for. The emulator's engine needs more than Rust to build and has a licence
+/// of its own, so host-sim is without it (`None`) and starts the program that has it.
 #[must_use]
-pub fn main() -> u8 {
+pub fn main(on_elf: Option<OnElf>) -> u8 {
     match Arguments::try_parse() {
-        Ok(arguments) => execute(arguments),
+        Ok(arguments) => execute(arguments, on_elf),
         // Help and version are no errors, and go to stdout.
         Err(answer) if !answer.use_stderr() => u8::from(answer.print().is_err()),
         Err(error) => {
@@ -137,10 +157,10 @@ fn one_line(message: &str) -> String {
 }
 
 /// Runs the command; returns the exit code.
-fn execute(arguments: Arguments) -> u8 {
+fn execute(arguments: Arguments, on_elf: Option<OnElf>) -> u8 {
     let outcome = match arguments.command {
-        None => run(&arguments.run),
-        Some(Command::Run(run_arguments)) => run(&run_arguments),
+        None => run(&arguments.run, on_elf),
+        Some(Command::Run(run_arguments)) => run(&run_arguments, on_elf),
         Some(Command::List { json }) => list(json),
         Some(Command::Eval { function, calibration, json }) => {
             evaluate(function, calibration.unwrap_or(calibration::DEFAULT), json)
@@ -167,7 +187,27 @@ fn print(text: &str) -> Result<()> {
     }
 }
 
-fn run(arguments: &RunArguments) -> Result<(), Failure> {
+/// Hands the command line over to the program with the emulator, which `cargo xtask elf` builds and starts.
+fn start_elf() -> Result<(), Failure> {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+    let here = std::env::current_dir().map_err(anyhow::Error::from)?;
+    let status = std::process::Command::new("cargo")
+        .args(["xtask", "elf", "--from"])
+        .arg(here)
+        .arg("--")
+        .args(std::env::args_os().skip(1))
+        .current_dir(root)
+        .status()
+        .map_err(|error| anyhow!("`run --on elf` needs cargo and the project's sources: {error}"))?;
+    match status.code() {
+        Some(0) => Ok(()),
+        // It has said why.
+        Some(code) => std::process::exit(code),
+        None => Err(anyhow!("the emulated board's program was stopped").into()),
+    }
+}
+
+fn run(arguments: &RunArguments, on_elf: Option<OnElf>) -> Result<(), Failure> {
     let program = match (&arguments.setpoints, arguments.sequence.as_deref().unwrap_or("reconfigure")) {
         (Some(setpoints), _) => Program::Setpoints(*setpoints),
         (None, name) => Program::Sequence(library::find(name).ok_or_else(|| {
@@ -175,13 +215,20 @@ fn run(arguments: &RunArguments) -> Result<(), Failure> {
             Failure::Input(format!("no sequence is named {name:?}; there are {}", known.join(", ")))
         })?),
     };
+    if arguments.on == On::Elf && on_elf.is_none() {
+        return start_elf();
+    }
     let folder = Folder::prepare(&arguments.out).map_err(|error| Failure::Input(format!("{error:#}")))?;
     let run = Run::new(program, arguments.seed);
     let bar = progress_bar();
-    let trace = run.simulate(|done, total| {
+    let mut progress = |done, total| {
         bar.set_length(u64::from(total));
         bar.set_position(u64::from(done));
-    })?;
+    };
+    let trace = match (arguments.on, on_elf) {
+        (On::Elf, Some(on_elf)) => on_elf(&run, &mut progress)?,
+        _ => run.simulate(progress)?,
+    };
     bar.finish_and_clear();
     let summary = summarise(&trace);
     let files = report::write(&folder, &trace, &summary, &run.parameters)?;
@@ -189,6 +236,7 @@ fn run(arguments: &RunArguments) -> Result<(), Failure> {
         let mut json = serde_json::to_value(&summary).map_err(anyhow::Error::from)?;
         json["sequence"] = trace.name.into();
         json["seed"] = trace.seed.into();
+        json["on"] = format!("{:?}", arguments.on).to_lowercase().into();
         json["files"] = files.iter().map(|path| path.display().to_string()).collect();
         print(&format!("{json:#}\n"))?;
     } else {

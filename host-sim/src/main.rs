@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    ExitCode::from(host_sim::cli::main())
+    ExitCode::from(host_sim::cli::main(None))
 }

@@ -35,7 +35,9 @@ impl Program {
         }
     }
 
-    fn description(&self) -> String {
+    /// One line on it.
+    #[must_use]
+    pub fn description(&self) -> String {
         match self {
             Self::Sequence(sequence) => sequence.description.to_owned(),
             Self::Setpoints(setpoints) => {
@@ -45,7 +47,9 @@ impl Program {
         }
     }
 
-    fn duration_ms(&self) -> u32 {
+    /// How long it takes, ms.
+    #[must_use]
+    pub fn duration_ms(&self) -> u32 {
         match self {
             Self::Sequence(sequence) => sequence.duration().0,
             Self::Setpoints(_) => HOLD_MS,

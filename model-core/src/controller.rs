@@ -128,6 +128,21 @@ pub enum Fault {
 }
 
 impl Fault {
+    /// Every fault.
+    pub const ALL: [Self; 5] = [
+        Self::OverPressure,
+        Self::OverPressureSwitch,
+        Self::PressureSensorBelowRange,
+        Self::PressureSensorAboveRange,
+        Self::EmergencyStop,
+    ];
+
+    /// The fault with this number.
+    #[must_use]
+    pub fn from_code(code: u8) -> Option<Self> {
+        Self::ALL.into_iter().find(|fault| fault.code() == code)
+    }
+
     /// A number that stays the same from version to version.
     #[must_use]
     pub const fn code(self) -> u8 {

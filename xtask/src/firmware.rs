@@ -9,11 +9,11 @@ const FLASH_LIMIT: u64 = 96 * 1024;
 /// The most static RAM that it may take.
 const RAM_LIMIT: u64 = 24 * 1024;
 
-/// Builds, writes the images, prints the sizes, and fails when they are over their limits.
-pub fn build_and_report(json: bool) -> Result<()> {
+/// Builds and writes the images; returns the ELF and how it was built.
+pub fn build() -> Result<(Vec<u8>, toolchain::Route)> {
     let route = toolchain::set_up()?;
     let (mut cargo, folder) = toolchain::cargo_build(route);
-    run(cargo.args(["--package", "firmware"]))?;
+    run(cargo.args(["--quiet", "--package", "firmware", "--bin", "firmware"]))?;
     let elf = fs::read(folder.join("firmware")).context("the build left no firmware")?;
     let flat = image::image(&elf)?;
     let out = root().join("target").join("firmware");
@@ -21,6 +21,12 @@ pub fn build_and_report(json: bool) -> Result<()> {
     fs::write(out.join("firmware.elf"), &elf)?;
     fs::write(out.join("firmware.bin"), &flat.bytes)?;
     fs::write(out.join("firmware.hex"), image::hex(&flat)?)?;
+    Ok((elf, route))
+}
+
+/// Builds, prints the sizes, and fails when they are over their limits.
+pub fn build_and_report(json: bool) -> Result<()> {
+    let (elf, route) = build()?;
     let sizes = image::sizes(&elf)?;
     if json {
         let report = serde_json::json!({

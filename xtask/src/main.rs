@@ -1,5 +1,6 @@
 //! The project's chores, in Rust so that they run wherever the project does: `cargo xtask help`.
 
+mod elf;
 mod firmware;
 mod image;
 mod steps;
@@ -28,6 +29,21 @@ enum Chore {
         #[arg(long)]
         json: bool,
     },
+    /// Measures the firmware on the emulated board: instructions, load, interlock latency, stack.
+    Figures {
+        /// Prints JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Runs host-sim's command line with the firmware's ELF on the emulated board: what `host-sim run --on elf` starts.
+    Elf {
+        /// Folder that relative paths in the arguments start from.
+        #[arg(long, value_name = "DIR")]
+        from: Option<PathBuf>,
+        /// host-sim's arguments.
+        #[arg(last = true)]
+        arguments: Vec<std::ffi::OsString>,
+    },
     /// Makes the pictures that the README shows anew, from a run of the simulator.
     Pictures,
 }
@@ -39,6 +55,8 @@ fn main() -> std::process::ExitCode {
             .map(|route| println!("firmware toolchain: {route}")),
         Chore::Test => steps::test(),
         Chore::Firmware { json } => firmware::build_and_report(json),
+        Chore::Figures { json } => elf::figures(json),
+        Chore::Elf { from, arguments } => return elf::run(from, &arguments),
         Chore::Pictures => steps::pictures(),
     };
     match outcome {

@@ -255,6 +255,7 @@ mod tests {
             force_mn: i32::MIN,
             overruns: u16::MAX,
             dropped_frames: u16::MAX,
+            tick_cycles: u32::MAX,
             worst_tick_cycles: u32::MAX,
         });
         assert!(encode(&widest, &mut [0; MAX_FRAME]).is_some());

@@ -197,6 +197,8 @@ pub struct Telemetry {
     pub overruns: u16,
     /// Frames that were dropped, since start.
     pub dropped_frames: u16,
+    /// This control tick, core clock cycles, interrupts in between included.
+    pub tick_cycles: u32,
     /// The longest control tick so far, core clock cycles.
     pub worst_tick_cycles: u32,
 }

@@ -14,6 +14,7 @@ mod machine;
 #[allow(missing_docs)]
 mod peripheral;
 mod rtt;
+pub mod simulate;
 pub mod time;
 
 pub use bench::Bench;

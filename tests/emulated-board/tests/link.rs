@@ -93,9 +93,18 @@ fn telemetry_comes_a_hundred_times_a_second_in_step() {
 fn no_damaged_truncated_or_flooding_frame_moves_anything() {
     let mut bench = bench();
     let mut damaged = 0_u16;
-    for command in
-        [run("all"), LinkCommand::Setpoints([kpa(150); 3]), LinkCommand::Calibrate { k: 1, c1: 9 << 24, c2: 1 }]
-    {
+    let commands = [
+        run("all"),
+        LinkCommand::Pause,
+        LinkCommand::Resume,
+        LinkCommand::Vent,
+        LinkCommand::Setpoints([kpa(150); 3]),
+        LinkCommand::ZeroSensors,
+        LinkCommand::Calibrate { k: 1, c1: 9 << 24, c2: 1 },
+        LinkCommand::Identify,
+        LinkCommand::ClearFault,
+    ];
+    for command in commands {
         let mut buffer = [0; MAX_FRAME];
         let length = encode(&Request { id: 700, command }, &mut buffer).expect("fits");
         let frame = &buffer[..length];
@@ -116,7 +125,7 @@ fn no_damaged_truncated_or_flooding_frame_moves_anything() {
             damaged += 1;
         }
     }
-    bench.board.send(&[0x55; 20_000]);
+    bench.board.send(&vec![0x55; 20_000]);
     bench.run_ms(1000).expect("runs through the flood");
     bench.board.send(&[0]);
     bench.run_ms(50).expect("runs");

@@ -1,0 +1,94 @@
+//! The firmware's figures, measured on its own ELF: `cargo xtask figures`.
+
+use anyhow::{Result, ensure};
+use emulated_board::bench::{STOP, SWITCH};
+use emulated_board::time::{MICROSECOND, MILLISECOND};
+use emulated_board::{Bench, firmware_elf};
+use model_core::actuation::Actuation;
+use model_core::protocol::{LinkCommand, Report, SequenceName};
+use model_core::sequence::library;
+use std::time::Instant;
+
+/// Cycles of the core clock in a millisecond.
+const CYCLES_PER_MS: f64 = 180_000.0;
+
+fn main() -> Result<()> {
+    let json = std::env::args().any(|argument| argument == "--json");
+    let elf = firmware_elf()?;
+    let (mut ticks, mut worst_tick, mut stack) = (Vec::new(), 0, 0);
+    let (mut busiest, mut instructions, mut milliseconds) = (0, 0, 0_u64);
+    let wall = Instant::now();
+    for sequence in library::ALL {
+        let mut bench = Bench::with_seed(&elf, 1)?;
+        bench.run_ms(1000)?;
+        let name = SequenceName::try_from(sequence.name)?;
+        ensure!(matches!(bench.ask(&LinkCommand::Run(name))?, Report::Ack { .. }), "{} is not taken", sequence.name);
+        for _ in 0..sequence.duration().0.min(30_000) {
+            let before = bench.board.instructions();
+            bench.run_ms(1)?;
+            let done = bench.board.instructions() - before;
+            (busiest, instructions) = (done.max(busiest), instructions + done);
+        }
+        milliseconds += bench.milliseconds();
+        ticks.extend(bench.telemetry.iter().map(|told| f64::from(told.tick_cycles)));
+        worst_tick = bench.telemetry.last().map_or(0, |told| told.worst_tick_cycles).max(worst_tick);
+        stack = bench.board.stack_bytes().max(stack);
+    }
+    let real_time = milliseconds as f64 / 1000.0 / wall.elapsed().as_secs_f64();
+    let mean_tick = ticks.iter().sum::<f64>() / ticks.len() as f64;
+    let mean_load = instructions as f64 / milliseconds as f64 / CYCLES_PER_MS * 100.0;
+    let worst_load = busiest as f64 / CYCLES_PER_MS * 100.0;
+    let [stop, switch] = [latency_us(&elf, STOP)?, latency_us(&elf, SWITCH)?];
+    if json {
+        let report = serde_json::json!({
+            "control_tick_instructions_mean": mean_tick,
+            "control_tick_instructions_worst": worst_tick,
+            "cpu_load_mean_percent": mean_load,
+            "cpu_load_worst_percent": worst_load,
+            "emergency_stop_latency_us": stop,
+            "over_pressure_switch_latency_us": switch,
+            "stack_bytes": stack,
+            "virtual_seconds": milliseconds as f64 / 1000.0,
+            "virtual_seconds_per_second": real_time,
+        });
+        println!("{report}");
+    } else {
+        println!(
+            "{} sequences, {:.0} s of the board's time, a cycle an instruction",
+            library::ALL.len(),
+            milliseconds as f64 / 1000.0
+        );
+        println!("  control tick     {mean_tick:>8.0} instructions in the mean, {worst_tick} at the worst");
+        println!("  load at 180 MHz  {mean_load:>8.2} % in the mean, {worst_load:.2} % in the busiest millisecond");
+        println!("  emergency stop   {stop:>8.2} us at the worst until every coil rests");
+        println!("  pressure switch  {switch:>8.2} us at the worst until every coil rests");
+        println!("  stack            {stack:>8} bytes at the deepest");
+        println!("  emulator         {real_time:>8.1} s of the board's time a second, plant included");
+    }
+    Ok(())
+}
+
+/// Longest time from the pin's edge until every coil rests, at forty moments of a tick, the pump running.
+fn latency_us(elf: &[u8], pin: emulated_board::Pin) -> Result<f64> {
+    let mut worst = 0.0_f64;
+    let mut bench = Bench::with_seed(elf, 3)?;
+    bench.run_ms(1000)?;
+    for moment in 0..40 {
+        let ask = LinkCommand::Setpoints([60 << 16, 30 << 16, 60 << 16]);
+        ensure!(matches!(bench.ask(&ask)?, Report::Ack { .. }), "the setpoints are not taken");
+        bench.run_ms(60)?;
+        let settle = bench.board.time() + moment * MILLISECOND / 40;
+        bench.board.run_until(settle)?;
+        ensure!(bench.actuation() != Actuation::SAFE, "nothing is driven");
+        let start = bench.board.time();
+        bench.board.wire(pin, true);
+        while bench.actuation() != Actuation::SAFE {
+            let next = bench.board.time() + MICROSECOND / 4;
+            bench.board.run_until(next)?;
+        }
+        worst = worst.max((bench.board.time() - start) as f64 / MICROSECOND as f64);
+        bench.run_ms(2000)?;
+        ensure!(matches!(bench.ask(&LinkCommand::ClearFault)?, Report::Ack { .. }), "the fault is not cleared");
+    }
+    Ok(worst)
+}
