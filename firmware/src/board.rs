@@ -2,6 +2,7 @@
 
 use embassy_stm32::adc::{Adc, AdcChannel, Exten, RingBufferedAdc, SampleTime};
 use embassy_stm32::exti::ExtiInput;
+use embassy_stm32::flash::{Blocking, Flash};
 use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::mode::Async;
@@ -18,6 +19,7 @@ use embassy_stm32::{bind_interrupts, dma, exti, triggers, usart};
 use finger_drivers::bf350::{Bf350, BridgeLaw, NOMINAL_TABLE};
 use finger_drivers::ise30a::AnalogueLaw;
 use finger_drivers::relay::{Coil, Relay, Valve};
+use finger_drivers::settings::Store;
 use model_core::units::Millis;
 
 /// Converter scans in one control tick.
@@ -30,6 +32,12 @@ pub const TICK_CODES: usize = SCANS * CHANNELS;
 pub const BAUD: u32 = 230_400;
 /// The watchdog bites this long after the last feeding.
 pub const WATCHDOG_US: u32 = 100_000;
+
+/// While a flash sector is erased nothing else runs; two seconds at the most (data sheet DS10693).
+const ERASING_US: u32 = 4_000_000;
+/// The two sectors behind the program, as offsets into the flash, and their size.
+const SETTINGS_SECTORS: [u32; 2] = [0x4_0000, 0x6_0000];
+const SETTINGS_SECTOR_BYTES: u32 = 128 * 1024;
 
 /// The pressure sensor's analogue output behind its divider.
 pub const PRESSURE: AnalogueLaw = AnalogueLaw::NOMINAL;
@@ -77,6 +85,7 @@ pub struct Board {
     pub receiver: RingBufferedUartRx<'static>,
     pub transmitter: UartTx<'static, Async>,
     pub watchdog: IndependentWatchdog<'static, IWDG>,
+    pub store: Store<Flash<'static, Blocking>>,
 }
 
 /// Clocks: 8 MHz from the ST-LINK, PLL to 180 MHz; APB1 at 45 MHz, APB2 at 90 MHz.
@@ -148,7 +157,24 @@ pub fn start(adc_buffer: &'static mut [u16], uart_buffer: &'static mut [u8]) -> 
         receiver: receiver.into_ring_buffered(uart_buffer),
         transmitter,
         watchdog: IndependentWatchdog::new(p.IWDG, WATCHDOG_US),
+        store: Store::new(Flash::new_blocking(p.FLASH), SETTINGS_SECTORS, SETTINGS_SECTOR_BYTES),
     })
+}
+
+/// Gives the watchdog the patience that erasing a sector takes, or its usual one again. Only for a vented finger: while
+/// the sector is erased nothing but the coils' own rest is safe.
+pub fn watchdog_waits_for_erasing(waits: bool) {
+    // SAFETY: the supervision task owns the watchdog to feed it; this only changes its time, and is no other owner.
+    let watchdog = unsafe { IWDG::steal() };
+    let mut watchdog = IndependentWatchdog::new(watchdog, if waits { ERASING_US } else { WATCHDOG_US });
+    // The new values take a few cycles of the watchdog's own clock to get there (RM0390, IWDG_SR); feeding earlier would
+    // load the old ones. At 32 kHz and the largest prescaler that is 40 ms; the loop's end is only for a dead clock.
+    for _ in 0..4_000_000_u32 {
+        if pac::IWDG.sr().read().0 == 0 {
+            break;
+        }
+    }
+    watchdog.pet();
 }
 
 /// Lets every coil rest without asking anybody: for the panic and fault handlers, which own nothing.

@@ -5,8 +5,10 @@ use crate::beats::{self, Beat};
 use crate::outputs::{self, Trip};
 use crate::{board, link};
 use cortex_m::peripheral::DWT;
+use embassy_stm32::flash::{Blocking, Flash};
 use embassy_stm32::gpio::{Input, Output};
 use embassy_time::{Duration, with_timeout};
+use finger_drivers::settings::{Settings, Store};
 use fixed::types::I8F24;
 use model_core::calibration;
 use model_core::controller::{Command, Controller, Inputs, Mode, Outputs, Reading};
@@ -39,9 +41,12 @@ pub struct Panel {
     pub fault_led: Output<'static>,
 }
 
+/// The settings' place.
+pub type SettingsStore = Store<Flash<'static, Blocking>>;
+
 #[embassy_executor::task]
-pub async fn control(mut panel: Panel) -> ! {
-    let mut controller = Controller::new(calibration::DEFAULT);
+pub async fn control(mut panel: Panel, mut store: SettingsStore) -> ! {
+    let mut controller = restore(&mut store);
     let (mut expected, mut overruns, mut worst) = (None, 0_u16, 0);
     let (mut ticks, mut pressed, mut last_mode) = (0_u32, 0_u8, None);
     loop {
@@ -64,7 +69,7 @@ pub async fn control(mut panel: Panel) -> ! {
         let mut outputs = controller.step(&inputs);
         outputs.actuation = outputs::drive(&outputs.actuation, inputs.now);
         if let Some(request) = request {
-            answer(&mut controller, request);
+            answer(&mut controller, &mut store, request);
         }
 
         pressed = if panel.start_button.is_low() { pressed.saturating_add(1) } else { 0 };
@@ -133,9 +138,9 @@ fn show(panel: &mut Panel, mode: Mode) {
     }
 }
 
-fn answer(controller: &mut Controller, request: Request) {
+fn answer(controller: &mut Controller, store: &mut SettingsStore, request: Request) {
     let id = request.id;
-    let report = match take(controller, &request.command) {
+    let report = match take(controller, store, &request.command) {
         Ok(()) if request.command == LinkCommand::Identify => Report::Identity(identity(controller, id)),
         Ok(()) => Report::Ack { id },
         Err(reason) => Report::Nack { id, reason },
@@ -144,7 +149,7 @@ fn answer(controller: &mut Controller, request: Request) {
     let _ = link::ANSWERS.try_send(report);
 }
 
-fn take(controller: &mut Controller, command: &LinkCommand) -> Result<(), Reason> {
+fn take(controller: &mut Controller, store: &mut SettingsStore, command: &LinkCommand) -> Result<(), Reason> {
     let command = match command {
         LinkCommand::Identify => return Ok(()),
         LinkCommand::Run(name) => Command::Run(library::find(name).ok_or(Reason::UnknownSequence)?),
@@ -159,7 +164,39 @@ fn take(controller: &mut Controller, command: &LinkCommand) -> Result<(), Reason
         }
         LinkCommand::ClearFault => Command::ClearFault,
     };
-    controller.command(command).map_err(Reason::from)
+    let changes_settings = matches!(command, Command::ZeroSensors | Command::Calibrate(_));
+    controller.command(command).map_err(Reason::from)?;
+    if changes_settings { save(controller, store) } else { Ok(()) }
+}
+
+/// With what was stored, or from the defaults.
+fn restore(store: &mut SettingsStore) -> Controller {
+    let Some(settings) = store.load() else {
+        defmt::info!("no settings stored: defaults");
+        return Controller::new(calibration::DEFAULT);
+    };
+    let mut controller = Controller::new(settings.coefficients);
+    controller.restore_zeros(settings.pressure_zero, settings.bend_zero);
+    defmt::info!("settings restored");
+    controller
+}
+
+/// Stores what is in use. The core takes changes only while the finger is vented, so that the chip may stall.
+fn save(controller: &Controller, store: &mut SettingsStore) -> Result<(), Reason> {
+    let settings = Settings {
+        coefficients: controller.coefficients(),
+        pressure_zero: controller.pressure_zero(),
+        bend_zero: controller.bend_zero(),
+    };
+    let mut erased = false;
+    let outcome = store.save(settings, || {
+        erased = true;
+        board::watchdog_waits_for_erasing(true);
+    });
+    if erased {
+        board::watchdog_waits_for_erasing(false);
+    }
+    outcome.map_err(|_| Reason::StorageFailed)
 }
 
 fn identity(controller: &Controller, id: u16) -> Identity {

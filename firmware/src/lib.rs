@@ -8,3 +8,4 @@ pub mod bf350;
 pub mod ise30a;
 pub mod pose;
 pub mod relay;
+pub mod settings;

@@ -51,7 +51,7 @@ async fn main(spawner: Spawner) {
     if let Ok(task) = acquire(board.adc, board.sampling) {
         spawner.spawn(task);
     }
-    if let Ok(task) = control(panel) {
+    if let Ok(task) = control(panel, board.store) {
         spawner.spawn(task);
     }
     if let Ok(task) = link::receive(board.receiver) {

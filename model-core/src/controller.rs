@@ -263,6 +263,12 @@ impl Controller {
         self.bend_zero
     }
 
+    /// Takes back zeros that were stored. One beyond its limit is no zero and is left at nothing.
+    pub fn restore_zeros(&mut self, pressure: Pressure, bend: Bend) {
+        self.zero = if pressure.abs() <= ZERO_LIMIT { pressure } else { Pressure::ZERO };
+        self.bend_zero = if bend.abs() <= BEND_ZERO_LIMIT { bend } else { Bend::ZERO };
+    }
+
     /// Takes a command.
     ///
     /// # Errors

@@ -132,6 +132,8 @@ pub enum Reason {
     NoFault,
     /// A sensor is too far off its zero, or fails.
     ZeroOutOfLimits,
+    /// Taken, but the flash did not store it: it holds until the next restart.
+    StorageFailed,
 }
 
 impl From<Rejection> for Reason {

@@ -88,6 +88,19 @@ impl Bench {
         Ok(())
     }
 
+    /// The default finger, on a board whose settings' flash holds what another one left.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_settings(elf: &[u8], seed: u64, settings: Vec<u8>) -> Result<Self> {
+        let mut bench = Self::with_seed(elf, seed)?;
+        bench.board = Board::with_settings(elf, Some(settings))?;
+        bench.board.wire(START, true);
+        bench.wire();
+        bench.align()?;
+        Ok(bench)
+    }
+
     /// The default finger.
     ///
     /// # Errors
