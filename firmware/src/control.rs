@@ -130,6 +130,7 @@ fn show(panel: &mut Panel, mode: Mode) {
     panel.running_led.set_level(busy.into());
     panel.fault_led.set_level(matches!(mode, Mode::Faulted(_)).into());
     match mode {
+        Mode::SelfTest => defmt::info!("self test"),
         Mode::Vented => defmt::info!("vented"),
         Mode::Running => defmt::info!("running"),
         Mode::Holding => defmt::info!("holding"),
@@ -173,9 +174,9 @@ fn take(controller: &mut Controller, store: &mut SettingsStore, command: &LinkCo
 fn restore(store: &mut SettingsStore) -> Controller {
     let Some(settings) = store.load() else {
         defmt::info!("no settings stored: defaults");
-        return Controller::new(calibration::DEFAULT);
+        return Controller::with_self_test(calibration::DEFAULT);
     };
-    let mut controller = Controller::new(settings.coefficients);
+    let mut controller = Controller::with_self_test(settings.coefficients);
     controller.restore_zeros(settings.pressure_zero, settings.bend_zero);
     defmt::info!("settings restored");
     controller

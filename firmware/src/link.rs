@@ -67,6 +67,7 @@ fn telemetry(snapshot: &Snapshot) -> Telemetry {
     Telemetry {
         tick: snapshot.at.0,
         mode: match outputs.mode {
+            Mode::SelfTest => LinkMode::SelfTest,
             Mode::Vented => LinkMode::Vented,
             Mode::Running => LinkMode::Running,
             Mode::Holding => LinkMode::Holding,

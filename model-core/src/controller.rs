@@ -4,6 +4,7 @@ use crate::actuation::{Actuation, PerSegment};
 use crate::inverse::pressure_from_bend;
 use crate::observer::{Observer, Pneumatics};
 use crate::regulator::Regulator;
+use crate::self_test::{Part, SelfTest, Verdict};
 use crate::sequence::Sequence;
 use crate::sequence::player::{Player, Reference};
 use crate::supervisor::Supervisor;
@@ -110,6 +111,8 @@ pub enum Rejection {
     NotVented,
     /// A sensor is too far off its zero, or fails.
     ZeroOutOfLimits,
+    /// The power-on self test runs; wait for its end.
+    SelfTesting,
 }
 
 /// Why the supervisor vented the finger.
@@ -125,11 +128,13 @@ pub enum Fault {
     PressureSensorAboveRange,
     /// The emergency stop was pressed.
     EmergencyStop,
+    /// The power-on self test failed: this does not respond.
+    SelfTest(Part),
 }
 
 impl Fault {
-    /// Every fault.
-    pub const ALL: [Self; 5] = [
+    /// Every fault but the self test's.
+    pub const ELECTRICAL: [Self; 5] = [
         Self::OverPressure,
         Self::OverPressureSwitch,
         Self::PressureSensorBelowRange,
@@ -140,7 +145,8 @@ impl Fault {
     /// The fault with this number.
     #[must_use]
     pub fn from_code(code: u8) -> Option<Self> {
-        Self::ALL.into_iter().find(|fault| fault.code() == code)
+        let parts = Part::ALL.into_iter().map(Self::SelfTest);
+        Self::ELECTRICAL.into_iter().chain(parts).find(|fault| fault.code() == code)
     }
 
     /// A number that stays the same from version to version.
@@ -152,6 +158,7 @@ impl Fault {
             Self::PressureSensorBelowRange => 2,
             Self::PressureSensorAboveRange => 3,
             Self::EmergencyStop => 4,
+            Self::SelfTest(part) => 16 + part.code(),
         }
     }
 }
@@ -161,6 +168,8 @@ impl Fault {
 pub enum Mode {
     /// Vented and waiting.
     Vented,
+    /// The power-on self test runs.
+    SelfTest,
     /// Running a sequence.
     Running,
     /// Holding setpoints given by hand.
@@ -210,6 +219,8 @@ pub struct Controller {
     rested: u16,
     /// What the bend sensor reads at rest.
     bend_zero: Bend,
+    /// While it runs, and while its failure is latched.
+    self_test: Option<SelfTest>,
 }
 
 /// Where the setpoints come from.
@@ -242,7 +253,16 @@ impl Controller {
             zero: Pressure::ZERO,
             rested: 0,
             bend_zero: Bend::ZERO,
+            self_test: None,
         }
+    }
+
+    /// Starts with the power-on self test, and is vented and ready when that has passed.
+    #[must_use]
+    pub const fn with_self_test(coefficients: Coefficients) -> Self {
+        let mut controller = Self::new(coefficients);
+        controller.self_test = Some(SelfTest::new());
+        controller
     }
 
     /// The calibration in use.
@@ -297,6 +317,7 @@ impl Controller {
             Command::Run(_) | Command::Setpoints(_) if self.supervisor.fault().is_some() => {
                 return Err(Rejection::Faulted);
             }
+            Command::Run(_) | Command::Setpoints(_) if self.self_test.is_some() => return Err(Rejection::SelfTesting),
             Command::Run(sequence) => Source::Sequence(Player::start(sequence)),
             Command::Setpoints(setpoints) => {
                 if setpoints.iter().any(|&setpoint| setpoint < Pressure::ZERO || setpoint > PRESSURE_LIMIT) {
@@ -312,6 +333,7 @@ impl Controller {
     fn require_vented(&self) -> Result<(), Rejection> {
         match (&self.reference, self.supervisor.fault()) {
             (_, Some(_)) => Err(Rejection::Faulted),
+            _ if self.self_test.is_some() => Err(Rejection::SelfTesting),
             (Source::Vented, None) => Ok(()),
             _ => Err(Rejection::NotVented),
         }
@@ -341,10 +363,18 @@ impl Controller {
             self.reference = Source::Vented;
         }
         let mut outputs = self.refer();
+        let (fault, testing) = self.test(inputs, fault);
+        if testing.is_some() {
+            outputs.mode = Mode::SelfTest;
+        }
         outputs.actuation = match (fault, outputs.mode) {
             (Some(fault), _) => {
                 outputs.mode = Mode::Faulted(fault);
                 self.regulator.vent()
+            }
+            (None, Mode::SelfTest) => {
+                self.regulator.vent();
+                testing.unwrap_or(Actuation::SAFE)
             }
             (None, Mode::Running | Mode::Holding | Mode::Paused) => {
                 self.regulator.step(outputs.setpoints, &mut self.observer)
@@ -357,6 +387,28 @@ impl Controller {
         outputs.manifold = inputs.manifold.map(|pressure| pressure - self.zero);
         outputs.bend = inputs.bend.map(|bend| bend - self.bend_zero);
         outputs
+    }
+
+    /// The self test's tick, while there is one: a failure is latched as a fault, and whatever fault there is starts the
+    /// test over once it is cleared.
+    fn test(&mut self, inputs: &Inputs, fault: Option<Fault>) -> (Option<Fault>, Option<Actuation>) {
+        let Some(test) = &mut self.self_test else { return (fault, None) };
+        if fault.is_some() {
+            *test = SelfTest::new();
+            return (fault, None);
+        }
+        match test.step(inputs) {
+            Verdict::Testing(actuation) => (None, Some(actuation)),
+            Verdict::Passed => {
+                self.self_test = None;
+                (None, None)
+            }
+            Verdict::Failed(part) => {
+                *test = SelfTest::new();
+                self.supervisor.latch(Fault::SelfTest(part));
+                (self.supervisor.fault(), None)
+            }
+        }
     }
 
     /// Trims the sensor's zero while the finger is vented and has been at atmosphere for long enough. Only

@@ -17,6 +17,7 @@ pub mod observer;
 pub mod paper;
 pub mod protocol;
 pub mod regulator;
+pub mod self_test;
 pub mod sequence;
 pub mod supervisor;
 pub mod units;

@@ -63,6 +63,11 @@ impl Supervisor {
         self.latched
     }
 
+    /// Latches a fault that another part of the core found; one that is latched already stays.
+    pub fn latch(&mut self, fault: Fault) {
+        self.latched.get_or_insert(fault);
+    }
+
     /// Clears the latched fault, if nothing that would latch one is present in `inputs` any more.
     ///
     /// # Errors

@@ -134,6 +134,8 @@ pub enum Reason {
     ZeroOutOfLimits,
     /// Taken, but the flash did not store it: it holds until the next restart.
     StorageFailed,
+    /// The power-on self test runs; wait for its end.
+    SelfTesting,
 }
 
 impl From<Rejection> for Reason {
@@ -147,6 +149,7 @@ impl From<Rejection> for Reason {
             Rejection::NotPaused => Self::NotPaused,
             Rejection::NotVented => Self::NotVented,
             Rejection::ZeroOutOfLimits => Self::ZeroOutOfLimits,
+            Rejection::SelfTesting => Self::SelfTesting,
         }
     }
 }
@@ -156,6 +159,8 @@ impl From<Rejection> for Reason {
 pub enum LinkMode {
     /// Vented and waiting.
     Vented,
+    /// The power-on self test runs.
+    SelfTest,
     /// Running a sequence.
     Running,
     /// Holding setpoints.

@@ -7,7 +7,7 @@ use crate::time::{MICROSECOND, MILLISECOND};
 use anyhow::{Result, bail};
 use host_sim::plant::{Plant, PlantParameters, Scene};
 use model_core::actuation::{Actuation, Passage};
-use model_core::protocol::{Decoder, FrameError, LinkCommand, MAX_FRAME, Report, Request, Telemetry, encode};
+use model_core::protocol::{Decoder, FrameError, LinkCommand, LinkMode, MAX_FRAME, Report, Request, Telemetry, encode};
 
 const PUMP: Pin = Pin('B', 5);
 const DUMP: Pin = Pin('B', 10);
@@ -175,6 +175,20 @@ impl Bench {
     /// As [`Board::reset`].
     pub fn reset(&mut self, cause: ResetCause) -> Result<()> {
         self.board.reset(cause)
+    }
+
+    /// Runs until the self test has passed, and a little on, so that the sensor's zero is trimmed.
+    ///
+    /// # Errors
+    /// When it does not pass within ten seconds, or the board stops.
+    pub fn ready(&mut self) -> Result<()> {
+        for _ in 0..10_000 {
+            self.run_ms(1)?;
+            if self.telemetry.last().is_some_and(|told| told.mode == LinkMode::Vented) {
+                return self.run_ms(200);
+            }
+        }
+        bail!("the self test does not pass: {:?}", self.telemetry.last())
     }
 
     /// Sends a request; returns its id.

@@ -18,6 +18,8 @@ use model_core::units::{Bend, Pressure};
 /// When the firmware is not built, does not take the command, or is reset on the way.
 pub fn on_elf(run: &Run, progress: &mut dyn FnMut(u32, u32)) -> Result<Trace> {
     let mut bench = Bench::new(&firmware_elf()?, run.parameters.clone(), run.scene.clone(), run.seed)?;
+    // Time starts when the self test is over: a run on the core has none.
+    bench.ready()?;
     let end = STANDBY_MS + run.program.duration_ms();
     let total = end + VENT_MS;
     let mut samples = Vec::with_capacity(total as usize);
@@ -74,6 +76,7 @@ fn sample(time_ms: u32, bench: &Bench) -> Sample {
 
 fn mode(told: LinkMode) -> Mode {
     match told {
+        LinkMode::SelfTest => Mode::SelfTest,
         LinkMode::Vented => Mode::Vented,
         LinkMode::Running => Mode::Running,
         LinkMode::Holding => Mode::Holding,

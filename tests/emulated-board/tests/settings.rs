@@ -20,7 +20,7 @@ fn coefficients(bench: &mut Bench) -> [i32; 3] {
 /// What the flash holds after `saves` calibrations, the last with [`OLD`].
 fn flash_after(elf: &[u8], saves: i32) -> Vec<u8> {
     let mut bench = Bench::with_seed(elf, 1).expect("starts");
-    bench.run_ms(20).expect("runs");
+    bench.ready().expect("passes its self test");
     for left in (0..saves).rev() {
         let answer = bench.ask(&calibrate([OLD[0] + left, OLD[1], OLD[2]])).expect("answers");
         assert!(matches!(answer, Report::Ack { .. }), "{answer:?}");
@@ -38,7 +38,7 @@ fn a_power_cut_at_every_flash_operation_leaves_the_old_settings_or_the_new() {
         let mut kept = [0, 0];
         loop {
             let mut bench = Bench::with_settings(&elf, 1, before.clone()).expect("starts");
-            bench.run_ms(20).expect("runs");
+            bench.ready().expect("passes its self test");
             assert_eq!(coefficients(&mut bench), OLD);
             bench.board.cut_power_at(bench.board.flash_operations() + operation);
             bench.request(calibrate(NEW));

@@ -20,7 +20,7 @@ fn main() -> Result<()> {
     let wall = Instant::now();
     for sequence in library::ALL {
         let mut bench = Bench::with_seed(&elf, 1)?;
-        bench.run_ms(1000)?;
+        bench.ready()?;
         let name = SequenceName::try_from(sequence.name)?;
         ensure!(matches!(bench.ask(&LinkCommand::Run(name))?, Report::Ack { .. }), "{} is not taken", sequence.name);
         for _ in 0..sequence.duration().0.min(30_000) {
@@ -72,7 +72,7 @@ fn main() -> Result<()> {
 fn latency_us(elf: &[u8], pin: emulated_board::Pin) -> Result<f64> {
     let mut worst = 0.0_f64;
     let mut bench = Bench::with_seed(elf, 3)?;
-    bench.run_ms(1000)?;
+    bench.ready()?;
     for moment in 0..40 {
         let ask = LinkCommand::Setpoints([60 << 16, 30 << 16, 60 << 16]);
         ensure!(matches!(bench.ask(&ask)?, Report::Ack { .. }), "the setpoints are not taken");

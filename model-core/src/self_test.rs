@@ -1,0 +1,212 @@
+//! Power-on self test: pump, valves, dump and sensors show that they respond before a finger is moved.
+//!
+//! ```text
+//! Resting ─▶ Closing ─▶ Charging ─▶ Settling ─▶ Holding ─▶ Opening ─▶ (each segment, then the dump) ─▶ Venting ─▶ passed
+//! ```
+//!
+//! Everything is closed and the manifold alone is charged with a little air. It must rise while the pump runs, stop when
+//! it stops, stay while all is closed, and fall when the part under test opens. A finger's chambers see what one manifold
+//! holds at a time: with host-sim's plant at most 12 kPa, and the manifold at most 40 kPa.
+
+use crate::actuation::{Actuation, Passage, Segment};
+use crate::controller::{Inputs, Reading};
+use crate::units::Pressure;
+
+/// What did not respond.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// The pressure sensor fails, or is not near zero with everything open.
+    PressureSensor,
+    /// The bend sensor fails.
+    BendSensor,
+    /// The pressure does not rise while the pump runs: pump, relay or pressure sensor.
+    Pump,
+    /// The pressure rises after the pump was stopped.
+    PumpStuckOn,
+    /// The pressure falls with everything closed: the dump valve does not close, or something leaks.
+    Tightness,
+    /// Opening this valve changes nothing: it does not open, or did not close.
+    SegmentValve(Segment),
+    /// Opening the dump valve does not let the pressure out.
+    Dump,
+    /// The finger does not reach atmosphere with everything open.
+    Venting,
+}
+
+impl Part {
+    /// Every part.
+    pub const ALL: [Self; 10] = [
+        Self::PressureSensor,
+        Self::BendSensor,
+        Self::Pump,
+        Self::PumpStuckOn,
+        Self::Tightness,
+        Self::SegmentValve(Segment::Proximal),
+        Self::SegmentValve(Segment::Middle),
+        Self::SegmentValve(Segment::Distal),
+        Self::Dump,
+        Self::Venting,
+    ];
+
+    /// A number that stays the same from version to version, 0..=9.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        match self {
+            Self::PressureSensor => 0,
+            Self::BendSensor => 1,
+            Self::Pump => 2,
+            Self::PumpStuckOn => 3,
+            Self::Tightness => 4,
+            Self::SegmentValve(segment) => 5 + segment as u8,
+            Self::Dump => 8,
+            Self::Venting => 9,
+        }
+    }
+}
+
+/// How it stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Drive this, and go on.
+    Testing(Actuation),
+    /// Everything responds; vented.
+    Passed,
+    /// This does not; vent.
+    Failed(Part),
+}
+
+/// Near atmosphere: the sensor's zero error (2 kPa) and its noise.
+const AT_ATMOSPHERE: Pressure = Pressure::from_kpa(4);
+/// With everything open it has to be there for this long: a chamber that still vents lifts the manifold.
+const REST_TICKS: u16 = 400;
+/// Chambers at 150 kPa vent in 1.6 s; half as fast, with as much to spare.
+const REST_LIMIT: u16 = 5000;
+/// Dead time of the valves, twice the nominal.
+const CLOSING_TICKS: u16 = 20;
+/// The pump is stopped here; what it delivers while it runs down takes the manifold to about 30 kPa.
+const CHARGED: Pressure = Pressure::from_kpa(12);
+/// A nominal pump needs 45 ms, one with half its flow and twice its dead time 80 ms. A sensor that does not move lets a
+/// nominal pump reach 80 kPa in the manifold, and no chamber.
+const CHARGE_LIMIT: u16 = 110;
+/// The relay's dead time twice, the rotor's run-down, the sensor's lag.
+const SETTLING_TICKS: u16 = 90;
+const HOLDING_TICKS: u16 = 60;
+/// While all is closed the pressure may fall by the gas cooling and the sensor's noise.
+const HOLD_LOSS: Pressure = Pressure::from_kpa(4);
+/// A pump that runs on adds 60 kPa in that time.
+const HOLD_GAIN: Pressure = Pressure::from_kpa(6);
+/// A chamber takes two thirds of the manifold's air, the open dump all of it.
+const OPENING_TICKS: u16 = 120;
+
+/// See the module's page.
+#[derive(Clone, Debug)]
+pub struct SelfTest {
+    phase: Phase,
+    ticks: u16,
+    /// Segment under test; three is the dump valve.
+    part: u8,
+    /// Pressure at the phase's start, or for how long it has rested.
+    from: Pressure,
+    rested: u16,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    Resting,
+    Closing,
+    Charging,
+    Settling,
+    Holding,
+    Opening,
+    Venting,
+}
+
+impl Default for SelfTest {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl SelfTest {
+    /// At its start.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { phase: Phase::Resting, ticks: 0, part: 0, from: Pressure::ZERO, rested: 0 }
+    }
+
+    fn enter(&mut self, phase: Phase, pressure: Pressure) {
+        (self.phase, self.ticks, self.from, self.rested) = (phase, 0, pressure, 0);
+    }
+
+    /// One tick. A sensor that is electrically out of its range for a tick is left to the supervisor.
+    pub fn step(&mut self, inputs: &Inputs) -> Verdict {
+        let Reading::Valid(pressure) = inputs.manifold else { return Verdict::Testing(Actuation::SAFE) };
+        self.ticks = self.ticks.saturating_add(1);
+        match self.phase {
+            Phase::Resting | Phase::Venting => return self.rest(pressure, inputs.bend),
+            Phase::Closing if self.ticks >= CLOSING_TICKS => self.enter(Phase::Charging, pressure),
+            Phase::Charging if pressure >= CHARGED => self.enter(Phase::Settling, pressure),
+            Phase::Charging if self.ticks >= CHARGE_LIMIT => return Verdict::Failed(Part::Pump),
+            Phase::Settling if self.ticks >= SETTLING_TICKS => self.enter(Phase::Holding, pressure),
+            Phase::Holding if self.ticks >= HOLDING_TICKS => {
+                if pressure > self.from + HOLD_GAIN {
+                    return Verdict::Failed(Part::PumpStuckOn);
+                }
+                if pressure < self.from - HOLD_LOSS || pressure < CHARGED - HOLD_LOSS {
+                    return Verdict::Failed(Part::Tightness);
+                }
+                self.enter(Phase::Opening, pressure);
+            }
+            Phase::Opening if self.ticks >= OPENING_TICKS => {
+                // Nominal: a chamber takes 65 %, the dump 100 %. Noise and zero error make at most 15 %.
+                let fallen = pressure.to_bits() < self.from.to_bits() / 4 * 3;
+                match (self.segment(), fallen) {
+                    (Some(segment), false) => return Verdict::Failed(Part::SegmentValve(segment)),
+                    (None, false) => return Verdict::Failed(Part::Dump),
+                    (Some(_), true) => {
+                        self.part = self.part.saturating_add(1);
+                        self.enter(Phase::Closing, pressure);
+                    }
+                    (None, true) => self.enter(Phase::Venting, pressure),
+                }
+            }
+            _ => {}
+        }
+        Verdict::Testing(self.actuation())
+    }
+
+    /// Everything open, until atmosphere has lasted.
+    fn rest(&mut self, pressure: Pressure, bend: Reading<crate::units::Bend>) -> Verdict {
+        self.rested = if pressure.abs() <= AT_ATMOSPHERE { self.rested.saturating_add(1) } else { 0 };
+        if self.rested >= REST_TICKS {
+            if self.phase == Phase::Venting {
+                return Verdict::Passed;
+            }
+            if !matches!(bend, Reading::Valid(_)) {
+                return Verdict::Failed(Part::BendSensor);
+            }
+            self.enter(Phase::Closing, pressure);
+            return Verdict::Testing(self.actuation());
+        }
+        match self.phase {
+            _ if self.ticks < REST_LIMIT => Verdict::Testing(Actuation::SAFE),
+            Phase::Venting => Verdict::Failed(Part::Venting),
+            _ => Verdict::Failed(Part::PressureSensor),
+        }
+    }
+
+    fn segment(&self) -> Option<Segment> {
+        Segment::ALL.get(usize::from(self.part)).copied()
+    }
+
+    fn actuation(&self) -> Actuation {
+        let mut actuation = Actuation { pump: self.phase == Phase::Charging, ..Actuation::HOLD };
+        if self.phase == Phase::Opening {
+            match self.segment().and_then(|segment| actuation.segments.get_mut(segment as usize)) {
+                Some(valve) => *valve = Passage::Open,
+                None => actuation.dump = Passage::Open,
+            }
+        }
+        actuation
+    }
+}
