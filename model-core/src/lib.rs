@@ -9,6 +9,7 @@
 pub mod actuation;
 pub mod calibration;
 pub mod controller;
+pub mod division;
 #[cfg(any(test, feature = "host"))]
 pub mod equations;
 pub mod inverse;

@@ -6,6 +6,7 @@
 //! the only unit of flow.
 
 use crate::actuation::{Actuation, Passage, PerSegment};
+use crate::division::divide;
 use crate::units::Pressure;
 use fixed::types::I16F16;
 
@@ -50,7 +51,7 @@ impl Pneumatics {
     #[must_use]
     pub fn pump_flow(&self, manifold: Pressure) -> I16F16 {
         let room = (self.pump_stall - manifold).to_fixed().max(I16F16::ZERO);
-        let share = room.checked_div(self.pump_stall.to_fixed()).unwrap_or(I16F16::ZERO);
+        let share = divide(room, self.pump_stall.to_fixed()).unwrap_or(I16F16::ZERO);
         self.pump_rate.saturating_mul(share.min(I16F16::ONE))
     }
 
@@ -61,12 +62,10 @@ impl Pneumatics {
         let (up, down) = (from.max(to), from.min(to));
         // Below 1 kPa absolute the sensor has long failed; the clamp keeps the ratio defined.
         let absolute = |p: Pressure| p.to_fixed().saturating_add(ATMOSPHERE).max(I16F16::ONE);
-        let ratio = absolute(down).checked_div(absolute(up)).unwrap_or(I16F16::ONE);
-        let subsonic = (ratio - self.critical_ratio)
-            .max(I16F16::ZERO)
-            .checked_div(I16F16::ONE.saturating_sub(self.critical_ratio))
-            .unwrap_or(I16F16::ONE)
-            .min(I16F16::ONE);
+        let ratio = divide(absolute(down), absolute(up)).unwrap_or(I16F16::ONE);
+        let subsonic = (ratio - self.critical_ratio).max(I16F16::ZERO);
+        let subsonic =
+            divide(subsonic, I16F16::ONE.saturating_sub(self.critical_ratio)).unwrap_or(I16F16::ONE).min(I16F16::ONE);
         let psi = square_root(I16F16::ONE - subsonic.saturating_mul(subsonic));
         let flow = self.valve_rate.saturating_mul(absolute(up)).saturating_mul(psi);
         if from >= to { flow } else { -flow }
@@ -137,12 +136,8 @@ impl Observer {
             let difference = (self.fast - *chamber).to_fixed();
             // Half of the difference at the most: equalised volumes must not chatter on the sensor's noise.
             let limit = difference.saturating_abs() / 2;
-            *flow = self
-                .pneumatics
-                .valve_flow(self.fast, *chamber)
-                .checked_div(self.pneumatics.chamber_ratio)
-                .unwrap_or(I16F16::ZERO)
-                .clamp(-limit, limit);
+            let manifolds_flow = self.pneumatics.valve_flow(self.fast, *chamber);
+            *flow = divide(manifolds_flow, self.pneumatics.chamber_ratio).unwrap_or(I16F16::ZERO).clamp(-limit, limit);
             *chamber = *chamber + Pressure::from_fixed(*flow);
             if resting && open & REST_MASK == REST_MASK {
                 *chamber = low_pass(*chamber, self.slow, 3);
@@ -218,7 +213,7 @@ impl Observer {
                 excess = excess.saturating_add(ratio.saturating_mul((chamber - self.fast).to_fixed()));
             }
         }
-        let share = excess.checked_div(self.volume(group)).unwrap_or(I16F16::ZERO);
+        let share = divide(excess, self.volume(group)).unwrap_or(I16F16::ZERO);
         self.fast + Pressure::from_fixed(share)
     }
 
@@ -244,7 +239,7 @@ impl Observer {
             return;
         }
         // Coming out lower than expected means that the chambers take more air than was thought.
-        let excess = (to - self.slow).to_fixed().checked_div(moved).unwrap_or(I16F16::ZERO);
+        let excess = divide((to - self.slow).to_fixed(), moved).unwrap_or(I16F16::ZERO);
         let correction = I16F16::ONE.saturating_add(excess.clamp(I16F16::lit("-0.3"), I16F16::lit("0.3")) / 2);
         let ratio = &mut self.pneumatics.chamber_ratio;
         *ratio = ratio.saturating_mul(correction).clamp(I16F16::lit("0.5"), I16F16::lit("6"));

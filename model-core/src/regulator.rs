@@ -23,6 +23,7 @@
 //! chambers' pressure. A group that has arrived stays open, so that it goes on being seen.
 
 use crate::actuation::{Actuation, Passage, PerSegment};
+use crate::division::divide;
 use crate::observer::Observer;
 use crate::units::Pressure;
 use fixed::types::I16F16;
@@ -388,7 +389,7 @@ impl Regulator {
         // A hundredth of a kPa a tick: no pump is slower, and the quotient stays defined.
         let rate = rate.saturating_mul(gain).max(I16F16::lit("0.01"));
         let change = (aim - manifold).abs();
-        let wanted = change.to_fixed().checked_div(rate).unwrap_or(I16F16::MAX).round().to_bits() >> 16;
+        let wanted = divide(change.to_fixed(), rate).unwrap_or(I16F16::MAX).round().to_bits() >> 16;
         let on = (wanted.clamp(0, i32::from(PULSE_MAX_TICKS)) as u16).max(minimum);
         // Only a pulse of some length says something of the rate.
         let learns = on > 2 * minimum && on < PULSE_MAX_TICKS;
@@ -401,7 +402,7 @@ impl Regulator {
             return;
         }
         let moved = (observer.manifold() - pulse.before).abs();
-        let ratio = moved.to_fixed().checked_div(pulse.expected.to_fixed()).unwrap_or(I16F16::ONE);
+        let ratio = divide(moved.to_fixed(), pulse.expected.to_fixed()).unwrap_or(I16F16::ONE);
         let gain = if pulse.pump { &mut self.pump_gain } else { &mut self.dump_gain };
         // A third of the way each time, and never beyond what worn or oversized parts could explain.
         let correction = I16F16::ONE.saturating_add(ratio.saturating_sub(I16F16::ONE) / 3);
@@ -440,7 +441,7 @@ impl Regulator {
             flow.saturating_mul(I16F16::from_num(observer.dump_ticks_pending()))
         };
         let volume = observer.volume(service.group);
-        let coming = Pressure::from_fixed(rate.checked_div(volume).unwrap_or(I16F16::ZERO));
+        let coming = Pressure::from_fixed(divide(rate, volume).unwrap_or(I16F16::ZERO));
         let level = direction.signed(observer.level(service.group)) + coming;
         // Take in those that go the same way and whose pressure the level has reached.
         for index in 0..3 {
