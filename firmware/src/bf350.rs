@@ -2,6 +2,7 @@
 //!
 //! Bridge: Vout/Vex = (GF e/4) / (1 + GF e/2), solved for the strain e. Strain to bend by a calibration table.
 
+use crate::ise30a::mean;
 use model_core::controller::Reading;
 use model_core::units::Bend;
 
@@ -38,34 +39,6 @@ impl BridgeLaw {
         below_range_mv: 50,
         above_range_mv: 3250,
     };
-
-    /// Strain in 1e-9 from the sum of `samples` conversions; at most 3e-9 off the bridge law for 16 samples.
-    ///
-    /// Below and above the limits of the output it is out of range.
-    #[must_use]
-    pub fn strain(&self, sum: u32, samples: u32) -> Reading<i64> {
-        // A tick has 16 conversions; twice as many leave the arithmetic below room.
-        let samples = i64::from(samples.clamp(1, 32));
-        let sum = i64::from(sum).min(samples * (CODES - 1));
-        let full = samples * CODES;
-        // Microvolts times `full`.
-        let output = sum * i64::from(self.reference_mv) * 1000;
-        if output < full * i64::from(self.below_range_mv) * 1000 {
-            return Reading::BelowRange;
-        }
-        if output > full * i64::from(self.above_range_mv) * 1000 {
-            return Reading::AboveRange;
-        }
-        // r = Vout/Vex = bridge / supply; e = 4 r / (GF (1 - 2 r)).
-        let bridge = output - full * i64::from(self.offset_mv) * 1000;
-        let supply = full * i64::from(self.excitation_mv) * 1000 * i64::from(self.gain);
-        let (numerator, denominator) = (bridge, supply - 2 * bridge);
-        // Strain in 1e-9 is 4e12/GF[thousandths] times the quotient. Scaled down by 2^8 first, numerator and denominator
-        // keep 30 bits and more, and their product stays within 63.
-        let scale = 4_000_000_000_000_i64.checked_div(i64::from(self.gauge_factor_milli)).unwrap_or(0);
-        let strain = (numerator >> 8).saturating_mul(scale).checked_div((denominator >> 8).max(1));
-        Reading::Valid(strain.unwrap_or(0))
-    }
 }
 
 /// A point of the calibration table.
@@ -85,48 +58,87 @@ pub const NOMINAL_TABLE: [Point; 3] = [
     Point { strain_nano: 9_000_000, bend: Bend::from_deg(360) },
 ];
 
-/// The driver.
+/// The driver. Its constants are worked out once, so that a tick multiplies and shifts.
 #[derive(Clone, Copy, Debug)]
-pub struct Bf350 {
-    law: BridgeLaw,
-    table: &'static [Point],
+pub struct Bf350<const POINTS: usize> {
+    /// Vout/Vex for each code, and at code zero, 2^-44.
+    ratio_per_code: i64,
+    ratio_origin: i64,
+    /// Strain in 1e-9 for 4 Vout/Vex.
+    strain_scale: i64,
+    /// Mean codes at the limits of the output.
+    below_range: u32,
+    above_range: u32,
+    table: [Point; POINTS],
+    /// 2^-48 degree for each 1e-9 of strain, from each point to the next.
+    slopes: [i64; POINTS],
 }
 
-impl Bf350 {
+impl<const POINTS: usize> Bf350<POINTS> {
     /// With its table, strains rising.
     ///
     /// # Panics
-    /// When the table has fewer than two points or its strains do not rise; in `const` evaluation, at compile time.
+    /// When the table has fewer than two points or its strains do not rise, or the law divides by zero; in `const`
+    /// evaluation, at compile time.
     #[must_use]
-    pub const fn new(law: BridgeLaw, table: &'static [Point]) -> Self {
-        assert!(table.len() >= 2, "a calibration table has at least two points");
+    pub const fn new(law: BridgeLaw, table: [Point; POINTS]) -> Self {
+        assert!(POINTS >= 2, "a calibration table has at least two points");
+        let mut slopes = [0; POINTS];
         let mut index = 1;
-        while index < table.len() {
-            assert!(table[index - 1].strain_nano < table[index].strain_nano, "the table's strains rise");
+        while index < POINTS {
+            let span = table[index].strain_nano as i64 - table[index - 1].strain_nano as i64;
+            assert!(span > 0, "the table's strains rise");
+            let rise = table[index].bend.to_bits() as i128 - table[index - 1].bend.to_bits() as i128;
+            slopes[index - 1] = ((rise << 32) / span as i128) as i64;
             index += 1;
         }
-        Self { law, table }
+        assert!(law.gauge_factor_milli > 0 && law.gain > 0 && law.excitation_mv > 0 && law.reference_mv > 0);
+        let supply = law.gain as i128 * law.excitation_mv as i128;
+        Self {
+            ratio_per_code: (((law.reference_mv as i128) << 44) / (CODES as i128 * supply)) as i64,
+            ratio_origin: -(((law.offset_mv as i128) << 44) / supply) as i64,
+            strain_scale: 4_000_000_000_000 / law.gauge_factor_milli as i64,
+            below_range: law.below_range_mv * CODES as u32 / law.reference_mv,
+            above_range: law.above_range_mv * CODES as u32 / law.reference_mv,
+            table,
+            slopes,
+        }
     }
 
-    /// Bend from the sum of `samples` conversions, by straight lines between the table's points, rounded down to
-    /// 2^-16 degree; outside the table it is out of range.
+    /// Strain in 1e-9 from Vout/Vex in 2^-44, within the output's limits: e = 4/GF r/(1 - 2 r).
+    fn strain(&self, ratio: i64) -> i64 {
+        // 1/(1 - y) = 1 + y + y^2 + y^3 with y = 2 r: at the range's end y is 0.01, and what is left out 1e-8 of it.
+        let y = ratio >> 13;
+        let y2 = (y * y) >> 30;
+        let series = (1 << 30) + y + y2 + ((y2 * y) >> 30);
+        // The ratio has 33 bits in 2^-40, the series 31.
+        let bridge = ((ratio >> 4) * series) >> 34;
+        (bridge * self.strain_scale) >> 36
+    }
+
+    /// Bend from the sum of `samples` conversions, by straight lines between the table's points; at most 1e-4 degree off
+    /// the bridge law and the table. Outside the table or the output's limits it is out of range.
     #[must_use]
     pub fn reading(&self, sum: u32, samples: u32) -> Reading<Bend> {
-        let strain = match self.law.strain(sum, samples) {
-            Reading::Valid(strain) => strain,
-            Reading::BelowRange => return Reading::BelowRange,
-            Reading::AboveRange => return Reading::AboveRange,
-        };
-        for pair in self.table.windows(2) {
-            let [from, to] = pair else { continue };
-            let (low, high) = (i64::from(from.strain_nano), i64::from(to.strain_nano));
-            if strain < low {
+        // A sum that 12-bit conversions cannot have reads as their highest.
+        let samples = samples.clamp(1, 1 << 12);
+        let sum = sum.min(samples * (CODES as u32 - 1));
+        if sum < samples * self.below_range {
+            return Reading::BelowRange;
+        }
+        if sum > samples * self.above_range {
+            return Reading::AboveRange;
+        }
+        let ratio = mean(i64::from(sum) * self.ratio_per_code, samples) + self.ratio_origin;
+        let strain = self.strain(ratio);
+        let next = self.table.iter().skip(1);
+        for ((from, to), slope) in self.table.iter().zip(next).zip(self.slopes) {
+            if strain < i64::from(from.strain_nano) {
                 return Reading::BelowRange;
             }
-            if strain <= high {
-                let rise = i64::from(to.bend.to_bits()) - i64::from(from.bend.to_bits());
-                let share = (strain - low).saturating_mul(rise).checked_div(high - low).unwrap_or(0);
-                return Reading::Valid(Bend::from_bits((i64::from(from.bend.to_bits()) + share) as i32));
+            if strain <= i64::from(to.strain_nano) {
+                let way = ((strain - i64::from(from.strain_nano)) * slope) >> 32;
+                return Reading::Valid(Bend::from_bits((i64::from(from.bend.to_bits()) + way) as i32));
             }
         }
         Reading::AboveRange
@@ -155,7 +167,7 @@ mod tests {
 
     #[test]
     fn every_sum_of_sixteen_codes_is_the_bridge_laws() {
-        let driver = Bf350::new(BridgeLaw::NOMINAL, &NOMINAL_TABLE);
+        let driver = Bf350::new(BridgeLaw::NOMINAL, NOMINAL_TABLE);
         let mut worst = 0.0_f64;
         for sum in 0..16 * 4096_u32 {
             let output = f64::from(sum) / 16.0 / 4096.0 * 3.3;
@@ -173,7 +185,7 @@ mod tests {
 
     #[test]
     fn any_input_is_harmless() {
-        let driver = Bf350::new(BridgeLaw::NOMINAL, &NOMINAL_TABLE);
+        let driver = Bf350::new(BridgeLaw::NOMINAL, NOMINAL_TABLE);
         for sum in [0, 1, u32::MAX] {
             for samples in [0, 1, 16, u32::MAX] {
                 let _ = driver.reading(sum, samples);

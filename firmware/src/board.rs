@@ -17,7 +17,7 @@ use embassy_stm32::usart::{RingBufferedUartRx, Uart, UartTx};
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{bind_interrupts, dma, exti, triggers, usart};
 use finger_drivers::bf350::{Bf350, BridgeLaw, NOMINAL_TABLE};
-use finger_drivers::ise30a::AnalogueLaw;
+use finger_drivers::ise30a::{AnalogueLaw, Ise30a};
 use finger_drivers::relay::{Coil, Relay, Valve};
 use finger_drivers::settings::Store;
 use model_core::units::Millis;
@@ -40,9 +40,9 @@ const SETTINGS_SECTORS: [u32; 2] = [0x4_0000, 0x6_0000];
 const SETTINGS_SECTOR_BYTES: u32 = 128 * 1024;
 
 /// The pressure sensor's analogue output behind its divider.
-pub const PRESSURE: AnalogueLaw = AnalogueLaw::NOMINAL;
+pub const PRESSURE: Ise30a = Ise30a::new(AnalogueLaw::NOMINAL);
 /// The strain gauge's amplifier.
-pub const BEND: Bf350 = Bf350::new(BridgeLaw::NOMINAL, &NOMINAL_TABLE);
+pub const BEND: Bf350<3> = Bf350::new(BridgeLaw::NOMINAL, NOMINAL_TABLE);
 
 /// A coil's driver stage is a low-side MOSFET: high is current.
 const COIL_ON_IS_HIGH: bool = true;

@@ -19,14 +19,14 @@ pub fn divide(dividend: I16F16, divisor: I16F16) -> Option<I16F16> {
     let (mut rest, mut fraction) = (n % d, 0);
     for bits in [5, 5, 5, 1] {
         let shifted = rest << bits;
-        fraction = fraction << bits | shifted / d;
+        fraction = (fraction << bits) | (shifted / d);
         rest = shifted % d;
     }
     if whole >= 1 << 15 {
         // At the edge of the type the sign decides.
         return dividend.checked_div(divisor);
     }
-    let magnitude = (whole << 16 | fraction) as i32;
+    let magnitude = ((whole << 16) | fraction) as i32;
     Some(I16F16::from_bits(if dividend.is_negative() { -magnitude } else { magnitude }))
 }
 

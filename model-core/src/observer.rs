@@ -235,14 +235,15 @@ impl Observer {
             }
         }
         let moved = (self.slow - from).to_fixed();
-        if moved.saturating_abs() < I16F16::lit("10") || from == to {
+        if moved.saturating_abs() < const { I16F16::lit("10") } || from == to {
             return;
         }
         // Coming out lower than expected means that the chambers take more air than was thought.
         let excess = divide((to - self.slow).to_fixed(), moved).unwrap_or(I16F16::ZERO);
-        let correction = I16F16::ONE.saturating_add(excess.clamp(I16F16::lit("-0.3"), I16F16::lit("0.3")) / 2);
+        let correction =
+            I16F16::ONE.saturating_add(excess.clamp(const { I16F16::lit("-0.3") }, const { I16F16::lit("0.3") }) / 2);
         let ratio = &mut self.pneumatics.chamber_ratio;
-        *ratio = ratio.saturating_mul(correction).clamp(I16F16::lit("0.5"), I16F16::lit("6"));
+        *ratio = ratio.saturating_mul(correction).clamp(const { I16F16::lit("0.5") }, const { I16F16::lit("6") });
     }
 }
 

@@ -387,7 +387,7 @@ impl Regulator {
             (model.valve_flow(midway, Pressure::ZERO), self.dump_gain, DUMP_MIN_TICKS)
         };
         // A hundredth of a kPa a tick: no pump is slower, and the quotient stays defined.
-        let rate = rate.saturating_mul(gain).max(I16F16::lit("0.01"));
+        let rate = rate.saturating_mul(gain).max(const { I16F16::lit("0.01") });
         let change = (aim - manifold).abs();
         let wanted = divide(change.to_fixed(), rate).unwrap_or(I16F16::MAX).round().to_bits() >> 16;
         let on = (wanted.clamp(0, i32::from(PULSE_MAX_TICKS)) as u16).max(minimum);
@@ -406,7 +406,7 @@ impl Regulator {
         let gain = if pulse.pump { &mut self.pump_gain } else { &mut self.dump_gain };
         // A third of the way each time, and never beyond what worn or oversized parts could explain.
         let correction = I16F16::ONE.saturating_add(ratio.saturating_sub(I16F16::ONE) / 3);
-        *gain = gain.saturating_mul(correction).clamp(I16F16::lit("0.3"), I16F16::lit("3"));
+        *gain = gain.saturating_mul(correction).clamp(const { I16F16::lit("0.3") }, const { I16F16::lit("3") });
     }
 
     /// Pump or dump with the group open.

@@ -26,11 +26,22 @@ pub fn run(from: Option<PathBuf>, arguments: &[OsString]) -> ExitCode {
     })
 }
 
-/// Builds and runs the measurement.
-pub fn figures(json: bool) -> Result<()> {
+fn measurement() -> Result<std::process::Command> {
     toolchain::set_up_emulator()?;
-    firmware::build()?;
     let mut cargo = command("cargo");
     cargo.args(["run", "--quiet", "--release", "--package", "emulated-board", "--bin", "figures", "--"]);
-    crate::run(cargo.args(json.then_some("--json")))
+    Ok(cargo)
+}
+
+/// Builds and runs the measurement.
+pub fn figures(json: bool) -> Result<()> {
+    firmware::build()?;
+    crate::run(measurement()?.args(json.then_some("--json")))
+}
+
+/// The deepest stack, in bytes, that the firmware just built has on the emulated board.
+pub fn stack_bytes() -> Result<u64> {
+    let output = measurement()?.arg("--stack").stderr(std::process::Stdio::inherit()).output()?;
+    anyhow::ensure!(output.status.success(), "the firmware does not run on the emulated board");
+    Ok(String::from_utf8_lossy(&output.stdout).trim().parse()?)
 }

@@ -1,6 +1,6 @@
 //! Builds the firmware and says how much of the chip it takes.
 
-use crate::{image, root, run, toolchain};
+use crate::{elf, image, root, run, toolchain};
 use anyhow::{Context, Result, ensure};
 use std::fs;
 
@@ -26,14 +26,16 @@ pub fn build() -> Result<(Vec<u8>, toolchain::Route)> {
 
 /// Builds, prints the sizes, and fails when they are over their limits.
 pub fn build_and_report(json: bool) -> Result<()> {
-    let (elf, route) = build()?;
-    let sizes = image::sizes(&elf)?;
+    let (bytes, route) = build()?;
+    let sizes = image::sizes(&bytes)?;
+    let stack = elf::stack_bytes()?;
     if json {
         let report = serde_json::json!({
             "flash_bytes": sizes.flash_bytes,
             "flash_limit_bytes": FLASH_LIMIT,
             "ram_bytes": sizes.ram_bytes,
             "ram_limit_bytes": RAM_LIMIT,
+            "stack_bytes": stack,
             "toolchain": route.to_string(),
         });
         println!("{report}");
@@ -43,8 +45,14 @@ pub fn build_and_report(json: bool) -> Result<()> {
             println!("  {name:<16}{bytes:>9} bytes");
         }
         println!("  {:<16}{:>9} bytes of {FLASH_LIMIT}", "flash", sizes.flash_bytes);
-        println!("  {:<16}{:>9} bytes of {RAM_LIMIT}, without the stack", "RAM", sizes.ram_bytes);
+        println!("  {:<16}{:>9} bytes of {RAM_LIMIT}", "RAM", sizes.ram_bytes);
+        println!("  {:<16}{stack:>9} bytes at the deepest on the emulated board, of the same limit", "stack");
     }
+    ensure!(
+        sizes.ram_bytes + stack <= RAM_LIMIT,
+        "RAM with stack: {} bytes, over the limit of {RAM_LIMIT}",
+        sizes.ram_bytes + stack
+    );
     ensure!(sizes.flash_bytes <= FLASH_LIMIT, "flash: {} bytes, over the limit of {FLASH_LIMIT}", sizes.flash_bytes);
     ensure!(sizes.ram_bytes <= RAM_LIMIT, "RAM: {} bytes, over the limit of {RAM_LIMIT}", sizes.ram_bytes);
     Ok(())

@@ -1,6 +1,6 @@
 //! Chores of several steps, each announced and timed.
 
-use crate::{command, firmware, root, run, toolchain};
+use crate::{command, elf, firmware, root, run, toolchain};
 use anyhow::{Context, Result, ensure};
 use std::fs;
 use std::time::Instant;
@@ -10,7 +10,7 @@ type Step = (&'static str, fn() -> Result<()>);
 
 /// Everything that must hold before a change is accepted.
 pub fn test() -> Result<()> {
-    let steps: [Step; 9] = [
+    let steps: [Step; 11] = [
         ("toolchains", || {
             toolchain::set_up_emulator()?;
             toolchain::set_up().map(|route| println!("{route}"))
@@ -25,7 +25,12 @@ pub fn test() -> Result<()> {
         ("firmware and its size", || firmware::build_and_report(false)),
         // Optimised: a minute of the board's time is three hundred million instructions.
         ("firmware on the emulated board", || cargo(&["test", "--release", "--package", "emulated-board"])),
+        ("firmware's figures", || elf::figures(false)),
         ("simulator's main job", simulator),
+        ("the same on the ELF", || {
+            let run = ["run", "--release", "--quiet", "--", "run", "--on", "elf", "--out", "target/xtask-run-elf"];
+            cargo(&run)
+        }),
     ];
     let mut times = Vec::new();
     for (index, (name, step)) in steps.iter().enumerate() {

@@ -3,7 +3,7 @@
 
 use emulated_board::{Bench, firmware_elf};
 use finger_drivers::bf350::{Bf350, BridgeLaw, NOMINAL_TABLE};
-use finger_drivers::ise30a::AnalogueLaw;
+use finger_drivers::ise30a::{AnalogueLaw, Ise30a};
 use model_core::actuation::Actuation;
 use model_core::calibration;
 use model_core::controller::{Command, Controller, Inputs};
@@ -82,7 +82,7 @@ struct Tick {
 /// Runs a sequence on the ELF; returns every tick, and between which of them the request was taken.
 fn record(name: &str, milliseconds: u32) -> (Vec<Tick>, std::ops::Range<usize>) {
     let mut bench = Bench::with_seed(&firmware_elf().expect("built"), 7).expect("starts");
-    let bend = Bf350::new(BridgeLaw::NOMINAL, &NOMINAL_TABLE);
+    let bend = Bf350::new(BridgeLaw::NOMINAL, NOMINAL_TABLE);
     let (mut scans, mut ticks, mut taken) = (Vec::new(), Vec::new(), 0..0);
     for millisecond in 0..milliseconds {
         if millisecond == READY_MS {
@@ -98,7 +98,7 @@ fn record(name: &str, milliseconds: u32) -> (Vec<Tick>, std::ops::Range<usize>) 
                 .fold([0_u32; 2], |[p, b], [code_p, code_b]: [u16; 2]| [p + u32::from(code_p), b + u32::from(code_b)]);
             let inputs = Inputs {
                 now: Millis(ticks.len() as u32),
-                manifold: AnalogueLaw::NOMINAL.reading(sums[0], SCANS as u32),
+                manifold: Ise30a::new(AnalogueLaw::NOMINAL).reading(sums[0], SCANS as u32),
                 bend: bend.reading(sums[1], SCANS as u32),
                 over_pressure_switch: false,
                 emergency_stop: false,

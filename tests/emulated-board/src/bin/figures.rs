@@ -9,12 +9,21 @@ use model_core::protocol::{LinkCommand, Report, SequenceName};
 use model_core::sequence::library;
 use std::time::Instant;
 
+/// The most instructions that a control tick may take.
+const TICK_LIMIT: u32 = 5000;
+/// The longest that the interlock may take.
+const LATENCY_LIMIT_US: f64 = 100.0;
+
 /// Cycles of the core clock in a millisecond.
 const CYCLES_PER_MS: f64 = 180_000.0;
 
 fn main() -> Result<()> {
     let json = std::env::args().any(|argument| argument == "--json");
     let elf = firmware_elf()?;
+    if std::env::args().any(|argument| argument == "--stack") {
+        println!("{}", deepest_stack(&elf)?);
+        return Ok(());
+    }
     let (mut ticks, mut worst_tick, mut stack) = (Vec::new(), 0, 0);
     let (mut busiest, mut instructions, mut milliseconds) = (0, 0, 0_u64);
     let wall = Instant::now();
@@ -65,7 +74,28 @@ fn main() -> Result<()> {
         println!("  stack            {stack:>8} bytes at the deepest");
         println!("  emulator         {real_time:>8.1} s of the board's time a second, plant included");
     }
+    ensure!(worst_tick <= TICK_LIMIT, "control tick: {worst_tick} instructions, over the limit of {TICK_LIMIT}");
+    ensure!(stop.max(switch) <= LATENCY_LIMIT_US, "interlock: slower than {LATENCY_LIMIT_US} us");
     Ok(())
+}
+
+/// Deepest stack, bytes, over a run with every kind of request in it.
+fn deepest_stack(elf: &[u8]) -> Result<u32> {
+    let mut bench = Bench::with_seed(elf, 1)?;
+    bench.ready()?;
+    let commands = [
+        LinkCommand::Identify,
+        LinkCommand::Calibrate { k: 0, c1: 14 << 24, c2: 1 << 23 },
+        LinkCommand::ZeroSensors,
+        LinkCommand::Run(SequenceName::try_from("grasp")?),
+    ];
+    for command in commands {
+        bench.ask(&command)?;
+    }
+    bench.run_ms(4000)?;
+    bench.stop_pressed = true;
+    bench.run_ms(100)?;
+    Ok(bench.board.stack_bytes())
 }
 
 /// Longest time from the pin's edge until every coil rests, at forty moments of a tick, the pump running.
