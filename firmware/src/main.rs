@@ -29,8 +29,20 @@ mod reset;
 #[cfg(target_os = "none")]
 mod target;
 
+/// On a host this starts the build for the board, whose runner flashes it: `cargo run -p firmware --release`.
 #[cfg(not(target_os = "none"))]
 fn main() -> std::process::ExitCode {
-    eprintln!("error: the firmware runs on the board: build it with `cargo xtask firmware`");
+    let target = "thumbv7em-none-eabihf";
+    let flashed = std::process::Command::new("cargo")
+        .args(["run", "--package", "firmware", "--bin", "firmware", "--release", "--target", target])
+        .env("DEFMT_LOG", std::env::var("DEFMT_LOG").unwrap_or_else(|_| "info".into()))
+        .status();
+    if flashed.is_ok_and(|status| status.success()) {
+        return std::process::ExitCode::SUCCESS;
+    }
+    eprintln!(
+        "error: not flashed: it takes `rustup target add {target}`, probe-rs (https://probe.rs) and a NUCLEO-F446RE on USB; \
+         `cargo xtask firmware` builds the images for another programmer"
+    );
     std::process::ExitCode::FAILURE
 }

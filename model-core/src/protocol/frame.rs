@@ -171,6 +171,22 @@ mod tests {
     }
 
     #[test]
+    fn the_documented_vectors_hold_both_ways() {
+        let page = include_str!("../../../docs/protocol.md");
+        let vectors = page.split("## Test vectors").nth(1).expect("the section is there");
+        let rows = vectors.lines().filter_map(|line| line.strip_suffix("` |")?.rsplit_once("| `"));
+        let frames: Vec<Vec<u8>> = rows
+            .map(|(_, hex)| (0..hex.len()).step_by(2).map(|at| u8::from_str_radix(&hex[at..at + 2], 16).expect("hex")))
+            .map(Iterator::collect)
+            .collect();
+        assert_eq!(frames.len(), commands().len());
+        for (command, frame) in commands().into_iter().zip(frames) {
+            assert_eq!(framed(&command), frame, "{command:?}");
+            assert_eq!(decoded(&mut Decoder::new(), &frame), [Ok(Request { id: 0x1234, command })]);
+        }
+    }
+
+    #[test]
     fn no_bit_flip_makes_another_command() {
         let follower = framed(&LinkCommand::Vent);
         for command in commands() {

@@ -8,6 +8,7 @@ use crate::time::{INSTRUCTION, MICROSECOND, MILLISECOND};
 use anyhow::{Result, anyhow, bail, ensure};
 use object::elf::PT_LOAD;
 use object::read::elf::{ElfFile32, ProgramHeader};
+use object::{Object, ObjectSymbol};
 use unicorn_engine::{Arch, ArmCpuModel, HookType, Mode, Prot, RegisterARM, Unicorn, uc_error};
 
 const FLASH: u32 = 0x0800_0000;
@@ -63,6 +64,8 @@ pub struct Board {
     uc: Unicorn<'static, Machine>,
     log: Log,
     elf_segments: Vec<(u32, Vec<u8>)>,
+    /// The ELF's unmangled functions.
+    symbols: Vec<(String, u64)>,
     /// Levels that are wired to pins; they outlive a reset.
     wired: Vec<(Pin, bool)>,
     inputs: Vec<(u8, f64)>,
@@ -100,6 +103,8 @@ impl Board {
                 segments.push((header.p_paddr(endian), data.to_vec()));
             }
         }
+        let symbols = file.symbols().filter_map(|symbol| Some((symbol.name().ok()?.to_owned(), symbol.address())));
+        let symbols = symbols.filter(|(name, _)| name == "HardFault").collect();
         let mut flash = Flash::new();
         if let Some(settings) = settings {
             ensure!(settings.len() == 2 * SECTOR, "the settings take two sectors");
@@ -110,6 +115,7 @@ impl Board {
             uc,
             log: Log::new(elf)?,
             elf_segments: segments,
+            symbols,
             wired: Vec::new(),
             inputs: Vec::new(),
             asleep: false,
@@ -429,6 +435,26 @@ impl Board {
     pub fn hang(&mut self) -> Result<()> {
         self.asleep = false;
         self.uc.reg_write(RegisterARM::PC, u64::from(TRAP | 1)).map_err(engine)
+    }
+
+    /// The converter's trigger is gone: no conversion any more.
+    pub fn stop_conversions(&mut self) {
+        machine::settle(&mut self.uc);
+        let machine = self.uc.get_data_mut();
+        machine.adc.stopped = true;
+        machine.reschedule();
+    }
+
+    /// The core goes on at a function of the ELF, as it does when it faults.
+    ///
+    /// # Errors
+    /// When the ELF has no such symbol, or the emulator does not let it.
+    pub fn jump(&mut self, symbol: &str) -> Result<()> {
+        let Some(&(_, address)) = self.symbols.iter().find(|(name, _)| name == symbol) else {
+            bail!("the ELF has no symbol {symbol}");
+        };
+        self.asleep = false;
+        self.uc.reg_write(RegisterARM::PC, address | 1).map_err(engine)
     }
 
     /// The deepest that the stack has been since the last start, bytes, exception frames included.

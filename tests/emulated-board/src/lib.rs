@@ -1,6 +1,6 @@
 //! The firmware's own ELF, byte for byte, on an emulated NUCLEO-F446RE.
 //!
-//! The core is Unicorn's Cortex-M4; [`machine`] is the bus with the peripherals that the firmware uses. An access that
+//! The core is Unicorn's Cortex-M4; the bus beside it carries the peripherals that the firmware uses. An access that
 //! is not modelled stops the run with an error that names address and PC. Nothing depends on the host's clock: the same
 //! inputs give the same run.
 //!

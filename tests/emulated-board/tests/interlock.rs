@@ -98,23 +98,58 @@ fn a_stop_that_stays_pressed_cannot_be_cleared() {
     assert_eq!(bench.telemetry.last().expect("telemetry").mode, LinkMode::Vented);
 }
 
+/// Steps until the board is reset; returns why and after how many milliseconds.
+fn until_reset(bench: &mut Bench, limit_ms: u32) -> (ResetCause, u32) {
+    for waited in 1..=limit_ms {
+        if let Some(Halt::Reset(cause)) = bench.step().expect("goes on") {
+            return (cause, waited);
+        }
+    }
+    panic!("no reset within {limit_ms} ms");
+}
+
 #[test]
 fn hung_code_is_reset_by_the_watchdog_and_comes_up_vented() {
-    let mut bench = pressurised();
-    bench.board.hang().expect("hangs");
-    let mut waited = 0;
-    let halt = loop {
-        waited += 1;
-        assert!(waited <= 110, "no reset within 110 ms");
-        if let Some(halt) = bench.step().expect("goes on") {
-            break halt;
+    // At ten moments of a tick: asleep, in a task, in an interrupt.
+    for moment in 0..10 {
+        let mut bench = pressurised();
+        let then = bench.board.time() + moment * 100 * MICROSECOND;
+        assert_eq!(bench.board.run_until(then).expect("runs"), None);
+        bench.board.hang().expect("hangs");
+        let (cause, waited) = until_reset(&mut bench, 110);
+        assert_eq!(cause, ResetCause::Watchdog);
+        vents(&mut bench);
+        assert!(bench.board.log_lines().iter().any(|line| line.contains("watchdog")));
+        println!("moment {moment}: reset {waited} ms after the hang");
+        if moment == 0 {
+            comes_up(&mut bench);
         }
-    };
-    assert_eq!(halt, Halt::Reset(ResetCause::Watchdog));
+    }
+}
+
+#[test]
+fn a_converter_that_stops_is_noticed_by_the_core_and_by_the_watchdog() {
+    let mut bench = pressurised();
+    bench.board.stop_conversions();
+    // The core takes missing samples for a failed sensor after its five ticks, late as they are.
+    bench.run_ms(25).expect("runs");
+    assert_eq!(bench.actuation(), Actuation::SAFE);
+    let (cause, _) = until_reset(&mut bench, 110);
+    assert_eq!(cause, ResetCause::Watchdog);
     vents(&mut bench);
-    assert!(bench.board.log_lines().iter().any(|line| line.contains("watchdog")));
-    comes_up(&mut bench);
-    println!("reset {waited} ms after the hang");
+}
+
+#[test]
+fn a_hard_fault_rests_every_coil_and_restarts() {
+    let mut bench = pressurised();
+    bench.board.jump("HardFault").expect("jumps");
+    let start = bench.board.time();
+    let halt = bench.board.run_until(start + 1000 * MICROSECOND).expect("runs");
+    assert_eq!(halt, Some(Halt::Reset(ResetCause::Software)));
+    assert_eq!(bench.actuation(), Actuation::SAFE, "before the reset lets the pins go");
+    bench.reset(ResetCause::Software).expect("restarts");
+    vents(&mut bench);
+    assert!(bench.board.log_lines().iter().any(|line| line.contains("by the firmware itself")));
 }
 
 #[test]

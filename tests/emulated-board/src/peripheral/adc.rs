@@ -18,6 +18,8 @@ pub struct Adc {
     inputs: [f64; 19],
     /// Scans that a software start asked for.
     pub started: u32,
+    /// Broken: it converts no more.
+    pub stopped: bool,
 }
 
 /// Conversions over which the mean of a channel's codes comes out at its input.
@@ -36,6 +38,7 @@ impl Adc {
             done: [0; 19],
             inputs: [0.0; 19],
             started: 0,
+            stopped: false,
         }
     }
 
@@ -47,7 +50,7 @@ impl Adc {
     }
 
     pub const fn runs(&self) -> bool {
-        self.cr2 & 1 != 0 && self.sr & OVERRUN == 0
+        self.cr2 & 1 != 0 && self.sr & OVERRUN == 0 && !self.stopped
     }
 
     /// Whether a timer's trigger with this number starts a scan.
