@@ -16,6 +16,7 @@ use embassy_stm32::timer::low_level::{RoundTo, Timer};
 use embassy_stm32::usart::{RingBufferedUartRx, Uart, UartTx};
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{bind_interrupts, dma, exti, triggers, usart};
+use finger_drivers::alarm::AlarmInput;
 use finger_drivers::bf350::{Bf350, BridgeLaw, NOMINAL_TABLE};
 use finger_drivers::ise30a::{AnalogueLaw, Ise30a};
 use finger_drivers::relay::{Coil, Relay, Valve};
@@ -46,6 +47,8 @@ pub const BEND: Bf350<3> = Bf350::new(BridgeLaw::NOMINAL, NOMINAL_TABLE);
 
 /// A coil's driver stage is a low-side MOSFET: high is current.
 const COIL_ON_IS_HIGH: bool = true;
+/// Alarm contacts are closed to ground while all is well: high is the alarm, or a broken wire.
+const ALARM_IS_HIGH: bool = true;
 /// Shortest time of the pump's relay in either state: what its contacts need to settle (assumed). In
 /// host-sim's runs of the built-in sequences the regulator's shortest pulse is 8 ms and its shortest pause 35 ms.
 const RELAY_SHORTEST: Millis = Millis(5);
@@ -62,6 +65,9 @@ bind_interrupts!(pub struct Irqs {
 /// The interrupt that the interlock's executor runs in; its own peripheral is not used.
 pub use embassy_stm32::interrupt::UART5 as INTERLOCK_INTERRUPT;
 
+/// Emergency stop or pressure switch.
+pub type Alarm = AlarmInput<ExtiInput<'static, Async>>;
+
 /// Everything that drives coils.
 pub struct Coils {
     pub pump: Relay<Output<'static>>,
@@ -73,9 +79,9 @@ pub struct Coils {
 pub struct Board {
     pub coils: Coils,
     /// Closed at rest, to ground: high is pressed, or a broken wire.
-    pub emergency_stop: ExtiInput<'static, Async>,
+    pub emergency_stop: Alarm,
     /// The ISE30A's switch, closed to ground while pressure is right: high is over-pressure, or a broken wire.
-    pub over_pressure: ExtiInput<'static, Async>,
+    pub over_pressure: Alarm,
     /// The blue button: low is pressed.
     pub start_button: Input<'static>,
     pub running_led: Output<'static>,
@@ -147,8 +153,8 @@ pub fn start(adc_buffer: &'static mut [u16], uart_buffer: &'static mut [u8]) -> 
     let (transmitter, receiver) = uart.split();
     Some(Board {
         coils,
-        emergency_stop: ExtiInput::new(p.PC3, p.EXTI3, Pull::Up, Irqs),
-        over_pressure: ExtiInput::new(p.PC2, p.EXTI2, Pull::Up, Irqs),
+        emergency_stop: Alarm::new(ExtiInput::new(p.PC3, p.EXTI3, Pull::Up, Irqs), ALARM_IS_HIGH),
+        over_pressure: Alarm::new(ExtiInput::new(p.PC2, p.EXTI2, Pull::Up, Irqs), ALARM_IS_HIGH),
         start_button: Input::new(p.PC13, Pull::None),
         running_led: Output::new(p.PA5, Level::Low, Speed::Low),
         fault_led: Output::new(p.PC8, Level::Low, Speed::Low),

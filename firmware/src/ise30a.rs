@@ -1,6 +1,5 @@
-//! The ISE30A pressure sensor on the manifold: analogue output for regulation, switch output as interlock.
+//! The ISE30A pressure sensor's analogue output; its switch output is an [`crate::alarm::AlarmInput`].
 
-use embedded_hal::digital::InputPin;
 use model_core::controller::Reading;
 use model_core::units::Pressure;
 
@@ -86,36 +85,9 @@ pub(crate) fn mean(sum: i64, samples: u32) -> i64 {
     }
 }
 
-/// The switch output, wired so that a broken wire reads as over-pressure.
-#[derive(Debug)]
-pub struct Switch<P> {
-    pin: P,
-    /// Level at which pressure is too high.
-    high_is_over: bool,
-}
-
-impl<P: InputPin> Switch<P> {
-    /// On a pin; `high_is_over` tells which level means over-pressure.
-    pub const fn new(pin: P, high_is_over: bool) -> Self {
-        Self { pin, high_is_over }
-    }
-
-    /// Whether pressure is too high. A pin that cannot be read is too high.
-    pub fn is_over_pressure(&mut self) -> bool {
-        self.pin.is_high().map_or(true, |high| high == self.high_is_over)
-    }
-
-    /// The pin back.
-    pub fn release(self) -> P {
-        self.pin
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use core::convert::Infallible;
-    use embedded_hal::digital::{Error, ErrorKind, ErrorType};
 
     #[test]
     fn every_sum_of_sixteen_codes_is_within_half_a_bit() {
@@ -141,46 +113,6 @@ mod tests {
         assert_eq!(driver.reading(u32::MAX, 16), Reading::AboveRange);
         for samples in [1, 1 << 16, u32::MAX] {
             let _ = driver.reading(u32::MAX, samples);
-        }
-    }
-
-    struct Pin(Option<bool>);
-
-    #[derive(Debug)]
-    struct Broken;
-    impl Error for Broken {
-        fn kind(&self) -> ErrorKind {
-            ErrorKind::Other
-        }
-    }
-    impl From<Infallible> for Broken {
-        fn from(never: Infallible) -> Self {
-            match never {}
-        }
-    }
-    impl ErrorType for Pin {
-        type Error = Broken;
-    }
-    impl InputPin for Pin {
-        fn is_high(&mut self) -> Result<bool, Broken> {
-            self.0.ok_or(Broken)
-        }
-        fn is_low(&mut self) -> Result<bool, Broken> {
-            self.0.map(|high| !high).ok_or(Broken)
-        }
-    }
-
-    #[test]
-    fn a_switch_that_cannot_be_read_is_over_pressure() {
-        for (level, high_is_over, over) in [
-            (Some(true), true, true),
-            (Some(false), true, false),
-            (Some(false), false, true),
-            (Some(true), false, false),
-            (None, true, true),
-            (None, false, true),
-        ] {
-            assert_eq!(Switch::new(Pin(level), high_is_over).is_over_pressure(), over);
         }
     }
 }

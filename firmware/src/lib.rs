@@ -4,6 +4,7 @@
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
+pub mod alarm;
 pub mod bf350;
 pub mod ise30a;
 pub mod pose;
