@@ -17,10 +17,8 @@ pub struct Sample {
     pub at: Millis,
     /// Counts samples, lost ones too.
     pub number: u32,
-    /// Sum of the codes of each channel.
+    /// Sum of the [`SCANS`] codes of each channel.
     pub sums: [u32; CHANNELS],
-    /// Conversions in each sum.
-    pub conversions: u32,
 }
 
 /// The newest sample. One that was not taken in time is lost, which its number shows.
@@ -46,6 +44,6 @@ pub async fn acquire(mut adc: RingBufferedAdc<'static, ADC1>, sampling: Timer<'s
             }
         }
         let at = Millis(Instant::now().as_millis() as u32);
-        SAMPLE.signal(Sample { at, number, sums, conversions: SCANS as u32 });
+        SAMPLE.signal(Sample { at, number, sums });
     }
 }

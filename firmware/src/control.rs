@@ -105,11 +105,11 @@ fn inputs(sample: Option<&Sample>) -> Inputs {
         over_pressure_switch: outputs::tripped(Trip::OverPressure),
         emergency_stop: outputs::tripped(Trip::EmergencyStop),
     };
-    let Some(&Sample { at, sums: [pressure, bend], conversions, .. }) = sample else { return missing };
+    let Some(&Sample { at, sums: [pressure, bend], .. }) = sample else { return missing };
     Inputs {
         now: at,
-        manifold: board::PRESSURE.reading(pressure, conversions),
-        bend: board::BEND.reading(bend, conversions),
+        manifold: board::PRESSURE.reading(pressure, board::SCANS as u32),
+        bend: board::BEND.reading(bend, board::SCANS as u32),
         ..missing
     }
 }

@@ -11,8 +11,7 @@ use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, with_timeout};
 use finger_drivers::pose;
-use model_core::controller::Mode;
-use model_core::protocol::{Decoder, LinkMode, MAX_FRAME, Report, Request, Telemetry, encode, outputs_of};
+use model_core::protocol::{Decoder, MAX_FRAME, Report, Request, Telemetry, encode, outputs_of};
 use model_core::units::{Bend, Pressure};
 
 /// Requests that wait for the control task, which takes one a tick. A host that sends faster is not answered.
@@ -66,14 +65,7 @@ fn telemetry(snapshot: &Snapshot) -> Telemetry {
     let tip = pose::fingertip(&snapshot.coefficients, outputs.estimates);
     Telemetry {
         tick: snapshot.at.0,
-        mode: match outputs.mode {
-            Mode::SelfTest => LinkMode::SelfTest,
-            Mode::Vented => LinkMode::Vented,
-            Mode::Running => LinkMode::Running,
-            Mode::Holding => LinkMode::Holding,
-            Mode::Paused => LinkMode::Paused,
-            Mode::Faulted(fault) => LinkMode::Faulted(fault.code()),
-        },
+        mode: outputs.mode.into(),
         setpoints: outputs.setpoints.map(Pressure::to_bits),
         estimates: outputs.estimates.map(Pressure::to_bits),
         manifold: outputs.manifold.valid().map(Pressure::to_bits),

@@ -47,10 +47,10 @@ pub fn drive(actuation: &Actuation, now: Millis) -> Actuation {
 
 /// A pin of the chip cannot fail (its error type is empty), so there is nothing to report.
 fn apply(coils: &mut Coils, wanted: &Actuation, now: Millis) {
-    let _ = if wanted.pump || *wanted != Actuation::SAFE {
-        coils.pump.drive(wanted.pump, now).map(|_| ())
-    } else {
+    let _ = if *wanted == Actuation::SAFE {
         coils.pump.release(now)
+    } else {
+        coils.pump.drive(wanted.pump, now).map(|_| ())
     };
     let _ = coils.dump.drive(wanted.dump);
     for (valve, passage) in coils.segments.iter_mut().zip(wanted.segments) {

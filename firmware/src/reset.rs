@@ -2,43 +2,36 @@
 
 use crate::board;
 use core::panic::PanicInfo;
-use core::sync::atomic::{AtomicU8, Ordering};
+use core::sync::atomic::{AtomicU32, Ordering};
 use cortex_m_rt::{ExceptionFrame, exception};
 use embassy_stm32::pac;
 use model_core::protocol::ResetCause;
 
-static CAUSE: AtomicU8 = AtomicU8::new(0);
+/// The chip's reset flags of this start.
+static FLAGS: AtomicU32 = AtomicU32::new(0);
 
 /// Reads the chip's reset flags and clears them for the next time. Call once, first.
 pub fn read_cause() {
-    let flags = pac::RCC.csr().read();
+    FLAGS.store(pac::RCC.csr().read().0, Ordering::Relaxed);
     pac::RCC.csr().modify(|w| w.set_rmvf(true));
-    // The most telling flag first: every reset pulls the pin, and power-on is a brown-out too.
-    let code = if flags.wdgrstf() {
-        1
-    } else if flags.sftrstf() {
-        2
-    } else if flags.porrstf() {
-        3
-    } else if flags.borrstf() {
-        4
-    } else if flags.padrstf() {
-        5
-    } else {
-        0
-    };
-    CAUSE.store(code, Ordering::Relaxed);
 }
 
 /// What [`read_cause`] found.
 pub fn cause() -> ResetCause {
-    match CAUSE.load(Ordering::Relaxed) {
-        1 => ResetCause::Watchdog,
-        2 => ResetCause::Software,
-        3 => ResetCause::PowerOn,
-        4 => ResetCause::Brownout,
-        5 => ResetCause::Pin,
-        _ => ResetCause::Other,
+    let flags = pac::rcc::regs::Csr(FLAGS.load(Ordering::Relaxed));
+    // The most telling flag first: every reset pulls the pin, and power-on is a brown-out too.
+    if flags.wdgrstf() {
+        ResetCause::Watchdog
+    } else if flags.sftrstf() {
+        ResetCause::Software
+    } else if flags.porrstf() {
+        ResetCause::PowerOn
+    } else if flags.borrstf() {
+        ResetCause::Brownout
+    } else if flags.padrstf() {
+        ResetCause::Pin
+    } else {
+        ResetCause::Other
     }
 }
 

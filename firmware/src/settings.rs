@@ -5,11 +5,11 @@
 //! good record is never touched before a newer one is whole, whenever the power goes.
 
 use embedded_storage::nor_flash::NorFlash;
+use model_core::protocol::checksum;
 use model_core::units::{Bend, Coefficients, Pressure};
 
 /// Bytes of a record; a multiple of every write size up to 16.
 pub const RECORD: usize = 64;
-const CONTENT: usize = RECORD - 4;
 /// Marks this layout; another is no record.
 const LAYOUT: u32 = 0x5F1E_0001;
 
@@ -36,16 +36,16 @@ impl Settings {
         for (place, word) in record.chunks_exact_mut(4).zip(self.to_words(number)) {
             place.copy_from_slice(&word.to_le_bytes());
         }
-        let crc = checksum(&record);
-        for (place, byte) in record.iter_mut().skip(CONTENT).zip(crc.to_le_bytes()) {
-            *place = byte;
+        if let Some((content, crc)) = record.split_last_chunk_mut() {
+            *crc = checksum(content).to_le_bytes();
         }
         record
     }
 
     fn from_record(record: &[u8; RECORD]) -> Option<(u32, Self)> {
-        let mut words = record.chunks_exact(4).filter_map(|word| Some(u32::from_le_bytes(word.try_into().ok()?)));
-        if record.last_chunk() != Some(&checksum(record).to_le_bytes()) || words.next()? != LAYOUT {
+        let (content, crc) = record.split_last_chunk()?;
+        let mut words = content.chunks_exact(4).filter_map(|word| Some(u32::from_le_bytes(word.try_into().ok()?)));
+        if *crc != checksum(content).to_le_bytes() || words.next()? != LAYOUT {
             return None;
         }
         let number = words.next()?;
@@ -55,13 +55,6 @@ impl Settings {
         let pressure_zero = Pressure::from_bits(bits.next()?);
         Some((number, Self { coefficients, pressure_zero, bend_zero: Bend::from_bits(bits.next()?) }))
     }
-}
-
-/// CRC-32 of a record's content, bit by bit: it is done a few times an hour.
-fn checksum(record: &[u8; RECORD]) -> u32 {
-    !record.iter().take(CONTENT).fold(u32::MAX, |crc, &byte| {
-        (0..8).fold(crc ^ u32::from(byte), |crc, _| crc >> 1 ^ if crc & 1 == 1 { 0xEDB8_8320 } else { 0 })
-    })
 }
 
 /// Two sectors of a flash.
@@ -80,8 +73,9 @@ impl<F: NorFlash> Store<F> {
         Self { flash, sectors, sector_bytes, newest: None }
     }
 
-    fn places(&self, sector: u32) -> impl Iterator<Item = u32> + use<F> {
-        (sector..sector.saturating_add(self.sector_bytes)).step_by(RECORD)
+    /// A sector's places from one of them on.
+    fn places(&self, sector: u32, first: u32) -> impl Iterator<Item = u32> + use<F> {
+        (first..sector.saturating_add(self.sector_bytes)).step_by(RECORD)
     }
 
     fn read(&mut self, place: u32) -> Option<[u8; RECORD]> {
@@ -98,7 +92,7 @@ impl<F: NorFlash> Store<F> {
     pub fn load(&mut self) -> Option<Settings> {
         let mut found: Option<(u32, u32, Settings)> = None;
         for sector in self.sectors {
-            for place in self.places(sector) {
+            for place in self.places(sector, sector) {
                 let Some(record) = self.read(place) else { continue };
                 if record == [0xFF; RECORD] {
                     // Places are used in their order, and one that was begun is not blank.
@@ -136,9 +130,9 @@ impl<F: NorFlash> Store<F> {
 
     /// A blank place after the newest record, in its sector.
     fn next_blank(&mut self) -> Option<u32> {
-        let newest = self.newest.map_or(0, |(place, _)| place);
         let sector = self.active();
-        self.places(sector).find(|&place| (self.newest.is_none() || place > newest) && self.is_blank(place))
+        let first = self.newest.map_or(sector, |(place, _)| place.saturating_add(RECORD as u32));
+        self.places(sector, first).find(|&place| self.is_blank(place))
     }
 
     fn active(&self) -> u32 {

@@ -5,7 +5,7 @@ use crate::trace::{Sample, Trace};
 use anyhow::{Result, anyhow};
 use model_core::actuation::PerSegment;
 use model_core::calibration;
-use model_core::controller::{Command, Controller, Inputs, Outputs, Reading, Rejection};
+use model_core::controller::{Command, Controller, Inputs, Outputs, Rejection};
 use model_core::sequence::Sequence;
 use model_core::units::{Bend, Pressure};
 
@@ -132,16 +132,9 @@ fn sample(time_ms: u32, inputs: &Inputs, outputs: &Outputs, plant: &Plant) -> Sa
         estimates_kpa: outputs.estimates.map(Pressure::to_f64),
         chambers_kpa: truth.chambers_kpa,
         manifold_kpa: truth.manifold_kpa,
-        sensor_kpa: value(inputs.manifold, Pressure::to_f64),
+        sensor_kpa: inputs.manifold.valid().map_or(f64::NAN, Pressure::to_f64),
         bends_deg: truth.bends_deg,
-        bend_sensor_deg: value(inputs.bend, Bend::to_f64),
-    }
-}
-
-fn value<T>(reading: Reading<T>, to_f64: impl Fn(T) -> f64) -> f64 {
-    match reading {
-        Reading::Valid(value) => to_f64(value),
-        Reading::BelowRange | Reading::AboveRange => f64::NAN,
+        bend_sensor_deg: inputs.bend.valid().map_or(f64::NAN, Bend::to_f64),
     }
 }
 

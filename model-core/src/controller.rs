@@ -71,6 +71,18 @@ pub struct Inputs {
     pub emergency_stop: bool,
 }
 
+#[cfg(test)]
+impl Inputs {
+    /// A vented finger at rest, everything right.
+    pub(crate) const CALM: Self = Self {
+        now: Millis::ZERO,
+        manifold: Reading::Valid(Pressure::ZERO),
+        bend: Reading::Valid(Bend::ZERO),
+        over_pressure_switch: false,
+        emergency_stop: false,
+    };
+}
+
 /// What a user or a host asks for.
 #[derive(Clone, Copy, Debug)]
 pub enum Command {
@@ -477,13 +489,7 @@ mod tests {
     use crate::calibration;
     use crate::sequence::library;
 
-    const CALM: Inputs = Inputs {
-        now: Millis::ZERO,
-        manifold: Reading::Valid(Pressure::ZERO),
-        bend: Reading::Valid(Bend::ZERO),
-        over_pressure_switch: false,
-        emergency_stop: false,
-    };
+    const CALM: Inputs = Inputs::CALM;
 
     fn run(controller: &mut Controller, ticks: u32) -> Outputs {
         (1..ticks).for_each(|_| {

@@ -88,15 +88,8 @@ impl Supervisor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::units::{Bend, Millis};
 
-    const CALM: Inputs = Inputs {
-        now: Millis::ZERO,
-        manifold: Reading::Valid(Pressure::ZERO),
-        bend: Reading::Valid(Bend::ZERO),
-        over_pressure_switch: false,
-        emergency_stop: false,
-    };
+    const CALM: Inputs = Inputs::CALM;
 
     fn after(ticks: usize, inputs: &Inputs) -> Option<Fault> {
         let mut supervisor = Supervisor::new();

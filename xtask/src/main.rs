@@ -23,7 +23,7 @@ enum Chore {
     Setup,
     /// Sets up, then passes all the tests: format, lints, host, documentation, firmware, emulated board, simulator.
     Test,
-    /// Builds the firmware: target/firmware/firmware.{elf,bin,hex}, with flash and RAM.
+    /// Builds the firmware: target/firmware/firmware.{elf,bin,hex}, with flash, RAM and stack.
     Firmware {
         /// Prints the sizes as JSON.
         #[arg(long)]

@@ -8,9 +8,15 @@ use serde::de::DeserializeOwned;
 /// The longest frame, its zero included. The longest message is the telemetry with every number at its widest.
 pub const MAX_FRAME: usize = 160;
 
-/// CRC-32 as Ethernet, zip and PNG have it; one kilobyte of table.
-const CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
+/// One kilobyte of table.
+static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
 const CRC_BYTES: usize = 4;
+
+/// CRC-32 as Ethernet, zip and PNG have it.
+#[must_use]
+pub fn checksum(bytes: &[u8]) -> u32 {
+    CRC.checksum(bytes)
+}
 
 /// Why a frame was dropped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,7 +41,7 @@ pub fn encode(message: &impl Serialize, buffer: &mut [u8]) -> Option<usize> {
     let (version, rest) = plain.split_first_mut()?;
     *version = VERSION;
     let length = 1 + postcard::to_slice(message, rest).ok()?.len();
-    let crc = CRC.checksum(plain.get(..length)?);
+    let crc = checksum(plain.get(..length)?);
     plain.get_mut(length..length + CRC_BYTES)?.copy_from_slice(&crc.to_le_bytes());
     let plain = plain.get(..length + CRC_BYTES)?;
     let length = cobs::try_encode(plain, buffer.get_mut(..cobs::max_encoding_length(plain.len()))?).ok()?;
@@ -104,7 +110,7 @@ fn decode<M: DeserializeOwned>(frame: &mut [u8]) -> Result<M, FrameError> {
     let length = cobs::decode_in_place(frame).map_err(|_| FrameError::Cobs)?;
     let plain = frame.get(..length).ok_or(FrameError::Cobs)?;
     let (content, crc) = plain.split_last_chunk::<CRC_BYTES>().ok_or(FrameError::Crc)?;
-    if CRC.checksum(content) != u32::from_le_bytes(*crc) {
+    if checksum(content) != u32::from_le_bytes(*crc) {
         return Err(FrameError::Crc);
     }
     match content.split_first() {

@@ -3,7 +3,7 @@
 //! Pressures are in 2^-16 kPa, bends in 2^-16 degree, coefficients in 2^-24 kPa, as [`crate::units`] keep them.
 
 use crate::actuation::{Actuation, Passage};
-use crate::controller::Rejection;
+use crate::controller::{Fault, Mode, Rejection};
 use serde::{Deserialize, Serialize};
 
 /// A sequence's name, at most 24 bytes.
@@ -171,6 +171,34 @@ pub enum LinkMode {
     Faulted(u8),
 }
 
+impl From<Mode> for LinkMode {
+    fn from(mode: Mode) -> Self {
+        match mode {
+            Mode::Vented => Self::Vented,
+            Mode::SelfTest => Self::SelfTest,
+            Mode::Running => Self::Running,
+            Mode::Holding => Self::Holding,
+            Mode::Paused => Self::Paused,
+            Mode::Faulted(fault) => Self::Faulted(fault.code()),
+        }
+    }
+}
+
+impl LinkMode {
+    /// The mode that it stands for; none when no fault of this version has the code.
+    #[must_use]
+    pub fn mode(self) -> Option<Mode> {
+        Some(match self {
+            Self::Vented => Mode::Vented,
+            Self::SelfTest => Mode::SelfTest,
+            Self::Running => Mode::Running,
+            Self::Holding => Mode::Holding,
+            Self::Paused => Mode::Paused,
+            Self::Faulted(code) => Mode::Faulted(Fault::from_code(code)?),
+        })
+    }
+}
+
 /// The state of one tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Telemetry {
@@ -229,6 +257,18 @@ pub fn actuation_of(outputs: u8) -> Actuation {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_mode_and_fault_comes_back_and_no_other_code_is_one() {
+        let known: Vec<u8> = (0..=u8::MAX).filter(|&code| Fault::from_code(code).is_some()).collect();
+        assert_eq!(known, (0..5).chain(16..26).collect::<Vec<_>>());
+        let faults = known.into_iter().map(LinkMode::Faulted);
+        let plain = [LinkMode::Vented, LinkMode::SelfTest, LinkMode::Running, LinkMode::Holding, LinkMode::Paused];
+        for told in plain.into_iter().chain(faults) {
+            assert_eq!(told.mode().map(LinkMode::from), Some(told));
+        }
+        assert_eq!(LinkMode::Faulted(255).mode(), None);
+    }
 
     #[test]
     fn outputs_are_one_bit_each_and_zero_is_safe() {

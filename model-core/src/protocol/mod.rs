@@ -8,7 +8,7 @@
 pub mod frame;
 pub mod message;
 
-pub use frame::{Decoder, FrameError, MAX_FRAME, encode};
+pub use frame::{Decoder, FrameError, MAX_FRAME, checksum, encode};
 pub use message::{
     Identity, LinkCommand, LinkMode, Reason, Report, Request, ResetCause, SequenceName, Telemetry, actuation_of,
     outputs_of,

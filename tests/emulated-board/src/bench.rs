@@ -2,12 +2,13 @@
 
 use crate::board::{Board, Pin};
 use crate::machine::Halt;
-use crate::peripheral::power::ResetCause;
 use crate::time::{MICROSECOND, MILLISECOND};
 use anyhow::{Result, bail};
 use host_sim::plant::{Plant, PlantParameters, Scene};
 use model_core::actuation::{Actuation, Passage};
-use model_core::protocol::{Decoder, FrameError, LinkCommand, LinkMode, MAX_FRAME, Report, Request, Telemetry, encode};
+use model_core::protocol::{
+    Decoder, FrameError, LinkCommand, LinkMode, MAX_FRAME, Report, Request, SequenceName, Telemetry, encode,
+};
 
 const PUMP: Pin = Pin('B', 5);
 const DUMP: Pin = Pin('B', 10);
@@ -54,9 +55,13 @@ impl Bench {
     /// # Errors
     /// When the file is not the firmware's ELF.
     pub fn new(elf: &[u8], parameters: PlantParameters, scene: Scene, seed: u64) -> Result<Self> {
+        Self::assemble(Board::new(elf)?, Plant::new(parameters, scene, seed))
+    }
+
+    fn assemble(board: Board, plant: Plant) -> Result<Self> {
         let mut bench = Self {
-            board: Board::new(elf)?,
-            plant: Plant::new(parameters, scene, seed),
+            board,
+            plant,
             telemetry: Vec::new(),
             answers: Vec::new(),
             damaged: Vec::new(),
@@ -93,12 +98,8 @@ impl Bench {
     /// # Errors
     /// As [`Self::new`].
     pub fn with_settings(elf: &[u8], seed: u64, settings: Vec<u8>) -> Result<Self> {
-        let mut bench = Self::with_seed(elf, seed)?;
-        bench.board = Board::with_settings(elf, Some(settings))?;
-        bench.board.wire(START, true);
-        bench.wire();
-        bench.align()?;
-        Ok(bench)
+        let plant = Plant::new(PlantParameters::default(), Scene::default(), seed);
+        Self::assemble(Board::with_settings(elf, Some(settings))?, plant)
     }
 
     /// The default finger.
@@ -169,14 +170,6 @@ impl Bench {
         Ok(())
     }
 
-    /// Restarts the board; the finger keeps its air.
-    ///
-    /// # Errors
-    /// As [`Board::reset`].
-    pub fn reset(&mut self, cause: ResetCause) -> Result<()> {
-        self.board.reset(cause)
-    }
-
     /// Runs until the self test has passed, and a little on, so that the sensor's zero is trimmed.
     ///
     /// # Errors
@@ -219,5 +212,43 @@ impl Bench {
             }
         }
         bail!("{command:?} got no answer within {ANSWER_MS} ms; log {:?}", self.board.log_lines())
+    }
+
+    /// Sends a request that has to be taken.
+    ///
+    /// # Errors
+    /// When it is not, or as [`Self::ask`].
+    pub fn take(&mut self, command: &LinkCommand) -> Result<()> {
+        match self.ask(command)? {
+            Report::Ack { .. } => Ok(()),
+            other => bail!("{command:?} is answered by {other:?}"),
+        }
+    }
+
+    /// Starts a built-in sequence.
+    ///
+    /// # Errors
+    /// As [`Self::take`].
+    pub fn start(&mut self, sequence: &str) -> Result<()> {
+        self.take(&LinkCommand::Run(SequenceName::try_from(sequence)?))
+    }
+
+    /// Virtual time from the edge of an alarm input until every coil rests, microseconds.
+    ///
+    /// # Errors
+    /// When a millisecond is not enough, or the board stops.
+    pub fn rest_latency_us(&mut self, alarm: Pin) -> Result<f64> {
+        let start = self.board.time();
+        self.board.wire(alarm, true);
+        while self.actuation() != Actuation::SAFE {
+            let next = self.board.time() + MICROSECOND / 4;
+            if let Some(halt) = self.board.run_until(next)? {
+                bail!("the board stopped: {halt:?}");
+            }
+            if self.board.time() - start >= MILLISECOND {
+                bail!("not every coil rests after a millisecond");
+            }
+        }
+        Ok((self.board.time() - start) as f64 / MICROSECOND as f64)
     }
 }

@@ -2,10 +2,10 @@
 
 use crate::machine::{self, Core, Halt, Machine};
 use crate::peripheral::flash::{Flash, SECTOR, SETTINGS};
-use crate::peripheral::power::ResetCause;
 use crate::rtt::Log;
-use crate::time::{INSTRUCTION, MICROSECOND, MILLISECOND};
+use crate::time::{INSTRUCTION, MILLISECOND};
 use anyhow::{Result, anyhow, bail, ensure};
+use model_core::protocol::ResetCause;
 use object::elf::PT_LOAD;
 use object::read::elf::{ElfFile32, ProgramHeader};
 use object::{Object, ObjectSymbol};
@@ -72,10 +72,8 @@ pub struct Board {
     asleep: bool,
     /// Exceptions in service: what the frame on the stack does not hold.
     floats: Vec<[u64; 9]>,
-    /// Instructions of all lives.
+    /// Instructions of earlier starts.
     instructions: u64,
-    /// Ticks that passed in earlier lives, and all instructions in them.
-    past: u64,
     lines: Vec<String>,
     sent: Vec<u8>,
 }
@@ -121,7 +119,6 @@ impl Board {
             asleep: false,
             floats: Vec::new(),
             instructions: 0,
-            past: 0,
             lines: Vec::new(),
             sent: Vec::new(),
         };
@@ -149,7 +146,6 @@ impl Board {
     pub fn reset(&mut self, cause: ResetCause) -> Result<()> {
         self.collect()?;
         let old = self.uc.get_data_mut();
-        self.past += old.time;
         self.instructions += old.core.instructions;
         let mut flash = core::mem::replace(&mut old.flash, Flash::new());
         flash.reset();
@@ -167,18 +163,6 @@ impl Board {
     #[must_use]
     pub fn time(&self) -> u64 {
         self.uc.get_data().time
-    }
-
-    /// The same over all starts.
-    #[must_use]
-    pub fn total_time(&self) -> u64 {
-        self.past + self.time()
-    }
-
-    /// The same, in microseconds.
-    #[must_use]
-    pub fn microseconds(&self) -> u64 {
-        self.time() / MICROSECOND
     }
 
     /// Instructions that the core has done, over all starts.
@@ -292,9 +276,8 @@ impl Board {
         floats[8] = self.uc.reg_read(RegisterARM::FPSCR)?;
         self.floats.push(floats);
 
-        let table = FLASH;
         let mut vector = [0; 4];
-        self.uc.mem_read(u64::from(table) + 4 * u64::from(number), &mut vector)?;
+        self.uc.mem_read(u64::from(FLASH) + 4 * u64::from(number), &mut vector)?;
         self.uc.reg_write(RegisterARM::XPSR, u64::from(xpsr & 0xF800_0000 | 1 << 24 | u32::from(number)))?;
         self.uc.reg_write(RegisterARM::SP, u64::from(frame))?;
         let exc_return = if nested { EXC_RETURN_HANDLER } else { EXC_RETURN_THREAD };
@@ -465,11 +448,10 @@ impl Board {
             return RAM_BYTES;
         }
         let top = self.stack_top() - RAM;
-        let untouched = ram[..top as usize].iter().rposition(|_| false).unwrap_or(0);
         // From the top down to the highest stretch that still has its paint.
         let mut depth = 0;
         let mut quiet = 0;
-        for (index, &byte) in ram[untouched..top as usize].iter().rev().enumerate() {
+        for (index, &byte) in ram[..top as usize].iter().rev().enumerate() {
             if byte == PAINT {
                 quiet += 1;
                 if quiet == 512 {

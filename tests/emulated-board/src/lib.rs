@@ -20,7 +20,7 @@ pub mod time;
 pub use bench::Bench;
 pub use board::{Board, Pin};
 pub use machine::Halt;
-pub use peripheral::power::ResetCause;
+pub use model_core::protocol::ResetCause;
 
 /// The firmware as `cargo xtask firmware` leaves it.
 ///

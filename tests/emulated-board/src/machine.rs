@@ -5,11 +5,12 @@ use crate::peripheral::dma::Dma;
 use crate::peripheral::flash::{Cost, Flash};
 use crate::peripheral::gpio::{Exti, Port};
 use crate::peripheral::nvic::Nvic;
-use crate::peripheral::power::{Pwr, Rcc, ResetCause};
+use crate::peripheral::power::{Pwr, Rcc};
 use crate::peripheral::timer::Timer;
 use crate::peripheral::usart::Usart;
 use crate::peripheral::watchdog::Watchdog;
 use crate::time::NEVER;
+use model_core::protocol::ResetCause;
 use unicorn_engine::{RegisterARM, Unicorn};
 
 /// Number of the ADC's trigger that TIM3's update is.
@@ -206,7 +207,7 @@ impl Machine {
             0x4000_0400..0x4000_0800 => self.sampling.write(address & 0x3FF, value),
             0x4000_0C00..0x4000_1000 => self.clock.write(address & 0x3FF, value),
             0x4000_3000..0x4000_3400 => self.watchdog.write(now, address & 0x3FF, value),
-            0x4000_4400..0x4000_4800 => self.usart.write(now, address & 0x3FF, value),
+            0x4000_4400..0x4000_4800 => self.usart.write(address & 0x3FF, value),
             0x4000_7000..0x4000_7400 => self.pwr.write(address & 0x3FF, value),
             0x4001_2000..0x4001_2400 => self.adc.write(address & 0x3FF, value),
             0x4001_3800..0x4001_3C00 => self.exti.write_syscfg(address & 0x3FF, value),

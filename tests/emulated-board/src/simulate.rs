@@ -5,8 +5,8 @@ use crate::firmware_elf;
 use anyhow::{Result, bail};
 use host_sim::simulate::{Program, Run, STANDBY_MS, VENT_MS};
 use host_sim::trace::{Sample, Trace};
-use model_core::controller::{Fault, Mode, Reading};
-use model_core::protocol::{LinkCommand, LinkMode, Report, SequenceName, Telemetry};
+use model_core::controller::{Fault, Mode};
+use model_core::protocol::{LinkCommand, Report, SequenceName, Telemetry};
 use model_core::units::{Bend, Pressure};
 
 /// Simulates standby, program and venting.
@@ -60,7 +60,8 @@ fn sample(time_ms: u32, bench: &Bench) -> Sample {
     Sample {
         time_ms,
         actuation: bench.actuation(),
-        mode: told.map_or(Mode::Vented, |told| mode(told.mode)),
+        // A fault that this version does not know vents all the same; the emergency stop stands for it.
+        mode: told.map_or(Mode::Vented, |told| told.mode.mode().unwrap_or(Mode::Faulted(Fault::EmergencyStop))),
         step: told.map_or(0, |told| told.step),
         repeat: told.map_or(0, |told| told.repeat),
         holding: told.is_some_and(|told| told.holding),
@@ -68,20 +69,8 @@ fn sample(time_ms: u32, bench: &Bench) -> Sample {
         estimates_kpa: kpa(|told| told.estimates),
         chambers_kpa: truth.chambers_kpa,
         manifold_kpa: truth.manifold_kpa,
-        sensor_kpa: if let Reading::Valid(pressure) = inputs.manifold { pressure.to_f64() } else { f64::NAN },
+        sensor_kpa: inputs.manifold.valid().map_or(f64::NAN, Pressure::to_f64),
         bends_deg: truth.bends_deg,
-        bend_sensor_deg: if let Reading::Valid(bend) = inputs.bend { Bend::to_f64(bend) } else { f64::NAN },
-    }
-}
-
-fn mode(told: LinkMode) -> Mode {
-    match told {
-        LinkMode::SelfTest => Mode::SelfTest,
-        LinkMode::Vented => Mode::Vented,
-        LinkMode::Running => Mode::Running,
-        LinkMode::Holding => Mode::Holding,
-        LinkMode::Paused => Mode::Paused,
-        // A fault that this version does not know vents all the same; the emergency stop stands for it.
-        LinkMode::Faulted(code) => Mode::Faulted(Fault::from_code(code).unwrap_or(Fault::EmergencyStop)),
+        bend_sensor_deg: inputs.bend.valid().map_or(f64::NAN, Bend::to_f64),
     }
 }

@@ -2,7 +2,7 @@
 
 use emulated_board::bench::{START, STOP, SWITCH};
 use emulated_board::time::MICROSECOND;
-use emulated_board::{Bench, Halt, Pin, ResetCause, firmware_elf};
+use emulated_board::{Bench, Halt, ResetCause, firmware_elf};
 use host_sim::plant::{FaultKind, InjectedFault, PlantParameters, Scene};
 use model_core::actuation::{Actuation, Passage, Segment};
 use model_core::controller::Fault;
@@ -13,8 +13,7 @@ use model_core::self_test::Part;
 fn pressurised() -> Bench {
     let mut bench = Bench::with_seed(&firmware_elf().expect("built"), 3).expect("starts");
     bench.ready().expect("passes its self test");
-    let name = SequenceName::try_from("all").expect("short");
-    assert!(matches!(bench.ask(&LinkCommand::Run(name)).expect("answers"), Report::Ack { .. }));
+    bench.start("all").expect("taken");
     bench.run_ms(5000).expect("runs");
     assert!(bench.plant.truth().chambers_kpa.iter().all(|&kpa| kpa > 140.0), "{:?}", bench.plant.truth());
     assert_ne!(bench.actuation(), Actuation::SAFE);
@@ -41,18 +40,6 @@ fn comes_up(bench: &mut Bench) {
     assert_eq!(bench.telemetry.last().expect("telemetry").mode, LinkMode::Vented);
 }
 
-/// Virtual time from the pin's edge until every coil rests, microseconds.
-fn latency_us(bench: &mut Bench, pin: Pin) -> f64 {
-    let start = bench.board.time();
-    bench.board.wire(pin, true);
-    while bench.actuation() != Actuation::SAFE {
-        let next = bench.board.time() + MICROSECOND / 4;
-        assert_eq!(bench.board.run_until(next).expect("runs"), None);
-        assert!(bench.board.time() - start < 1000 * MICROSECOND, "a millisecond has passed");
-    }
-    (bench.board.time() - start) as f64 / MICROSECOND as f64
-}
-
 #[test]
 fn the_interlock_rests_every_coil_within_100_us_at_any_moment_of_a_tick() {
     let mut worst = [0.0_f64; 2];
@@ -65,19 +52,17 @@ fn the_interlock_rests_every_coil_within_100_us_at_any_moment_of_a_tick() {
             let settle = bench.board.time() + moment * 25 * MICROSECOND;
             assert_eq!(bench.board.run_until(settle).expect("runs"), None);
             if bench.actuation() == Actuation::SAFE {
-                let name = SequenceName::try_from("all").expect("short");
-                assert!(matches!(bench.ask(&LinkCommand::Run(name)).expect("answers"), Report::Ack { .. }));
+                bench.start("all").expect("taken");
                 bench.run_ms(60).expect("runs");
             }
-            worst[index] = worst[index].max(latency_us(&mut bench, pin));
+            worst[index] = worst[index].max(bench.rest_latency_us(pin).expect("rests"));
             // The tick after it cannot undo it, nor can one after the release.
             bench.run_ms(5).expect("runs");
             assert_eq!(bench.actuation(), Actuation::SAFE);
             bench.run_ms(20).expect("runs");
             let mode = bench.telemetry.last().expect("telemetry").mode;
             assert_eq!(mode, LinkMode::Faulted(fault.code()));
-            let cleared = bench.ask(&LinkCommand::ClearFault).expect("answers");
-            assert!(matches!(cleared, Report::Ack { .. }), "{cleared:?}");
+            bench.take(&LinkCommand::ClearFault).expect("cleared");
         }
     }
     println!("emergency stop {:.2} us, pressure switch {:.2} us at the worst", worst[0], worst[1]);
@@ -93,7 +78,7 @@ fn a_stop_that_stays_pressed_cannot_be_cleared() {
     assert!(matches!(answer, Report::Nack { reason: Reason::CauseStillPresent, .. }), "{answer:?}");
     bench.stop_pressed = false;
     bench.run_ms(50).expect("runs");
-    assert!(matches!(bench.ask(&LinkCommand::ClearFault).expect("answers"), Report::Ack { .. }));
+    bench.take(&LinkCommand::ClearFault).expect("cleared");
     bench.run_ms(50).expect("runs");
     assert_eq!(bench.telemetry.last().expect("telemetry").mode, LinkMode::Vented);
 }
@@ -147,7 +132,7 @@ fn a_hard_fault_rests_every_coil_and_restarts() {
     let halt = bench.board.run_until(start + 1000 * MICROSECOND).expect("runs");
     assert_eq!(halt, Some(Halt::Reset(ResetCause::Software)));
     assert_eq!(bench.actuation(), Actuation::SAFE, "before the reset lets the pins go");
-    bench.reset(ResetCause::Software).expect("restarts");
+    bench.board.reset(ResetCause::Software).expect("restarts");
     vents(&mut bench);
     assert!(bench.board.log_lines().iter().any(|line| line.contains("by the firmware itself")));
 }
@@ -159,7 +144,7 @@ fn a_restart_in_mid_sequence_comes_up_vented_and_says_why() {
     {
         let mut bench = pressurised();
         bench.board.log_lines();
-        bench.reset(cause).expect("restarts");
+        bench.board.reset(cause).expect("restarts");
         assert_eq!(bench.actuation(), Actuation::SAFE);
         vents(&mut bench);
         let lines = bench.board.log_lines();

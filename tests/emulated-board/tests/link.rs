@@ -18,11 +18,6 @@ fn kpa(value: i32) -> i32 {
     value << 16
 }
 
-fn acknowledged(bench: &mut Bench, command: &LinkCommand) {
-    let answer = bench.ask(command).expect("answers");
-    assert!(matches!(answer, Report::Ack { .. }), "{command:?}: {answer:?}");
-}
-
 fn refused(bench: &mut Bench, command: &LinkCommand, reason: Reason) {
     let answer = bench.ask(command).expect("answers");
     assert!(matches!(answer, Report::Nack { reason: other, .. } if other == reason), "{command:?}: {answer:?}");
@@ -43,21 +38,21 @@ fn every_command_is_taken_and_refused_for_its_reason() {
     refused(&mut bench, &LinkCommand::Setpoints([kpa(10), kpa(151), 0]), Reason::SetpointOutOfLimits);
     refused(&mut bench, &LinkCommand::ClearFault, Reason::NoFault);
     refused(&mut bench, &calibrate(61), Reason::CoefficientOutOfLimits);
-    acknowledged(&mut bench, &LinkCommand::ZeroSensors);
-    acknowledged(&mut bench, &calibrate(2));
+    bench.take(&LinkCommand::ZeroSensors).expect("taken");
+    bench.take(&calibrate(2)).expect("taken");
     match bench.ask(&LinkCommand::Identify).expect("answers") {
         Report::Identity(identity) => assert_eq!(identity.coefficients, [2 << 24, 14 << 24, 1 << 23]),
         other => panic!("{other:?}"),
     }
-    acknowledged(&mut bench, &run("all"));
+    bench.take(&run("all")).expect("taken");
     bench.run_ms(500).expect("runs");
     refused(&mut bench, &LinkCommand::ZeroSensors, Reason::NotVented);
     refused(&mut bench, &calibrate(2), Reason::NotVented);
-    acknowledged(&mut bench, &LinkCommand::Pause);
+    bench.take(&LinkCommand::Pause).expect("taken");
     assert_eq!(mode(&mut bench), LinkMode::Paused);
-    acknowledged(&mut bench, &LinkCommand::Resume);
+    bench.take(&LinkCommand::Resume).expect("taken");
     assert_eq!(mode(&mut bench), LinkMode::Running);
-    acknowledged(&mut bench, &LinkCommand::Setpoints([kpa(60), kpa(30), kpa(60)]));
+    bench.take(&LinkCommand::Setpoints([kpa(60), kpa(30), kpa(60)])).expect("taken");
     assert_eq!(mode(&mut bench), LinkMode::Holding);
     bench.run_ms(4000).expect("runs");
     for (is, should) in bench.plant.truth().chambers_kpa.into_iter().zip([60.0, 30.0, 60.0]) {
@@ -69,10 +64,10 @@ fn every_command_is_taken_and_refused_for_its_reason() {
         refused(&mut bench, &command, Reason::Faulted);
     }
     refused(&mut bench, &LinkCommand::ClearFault, Reason::CauseStillPresent);
-    acknowledged(&mut bench, &LinkCommand::Vent);
+    bench.take(&LinkCommand::Vent).expect("taken");
     bench.stop_pressed = false;
     bench.run_ms(3000).expect("runs");
-    acknowledged(&mut bench, &LinkCommand::ClearFault);
+    bench.take(&LinkCommand::ClearFault).expect("taken");
     assert_eq!(mode(&mut bench), LinkMode::Vented);
     assert_eq!(bench.telemetry.last().expect("telemetry").dropped_frames, 0);
 }
@@ -137,5 +132,5 @@ fn no_damaged_truncated_or_flooding_frame_moves_anything() {
     assert!(last.dropped_frames > damaged, "{} of {damaged} counted", last.dropped_frames);
     assert_eq!(last.overruns, 0, "the flood did not hold up the control task");
     // And the link still works.
-    acknowledged(&mut bench, &LinkCommand::Vent);
+    bench.take(&LinkCommand::Vent).expect("taken");
 }

@@ -2,10 +2,10 @@
 
 use anyhow::{Result, ensure};
 use emulated_board::bench::{STOP, SWITCH};
-use emulated_board::time::{MICROSECOND, MILLISECOND};
+use emulated_board::time::MILLISECOND;
 use emulated_board::{Bench, firmware_elf};
 use model_core::actuation::Actuation;
-use model_core::protocol::{LinkCommand, Report, SequenceName};
+use model_core::protocol::{LinkCommand, SequenceName};
 use model_core::sequence::library;
 use std::time::Instant;
 
@@ -30,8 +30,7 @@ fn main() -> Result<()> {
     for sequence in library::ALL {
         let mut bench = Bench::with_seed(&elf, 1)?;
         bench.ready()?;
-        let name = SequenceName::try_from(sequence.name)?;
-        ensure!(matches!(bench.ask(&LinkCommand::Run(name))?, Report::Ack { .. }), "{} is not taken", sequence.name);
+        bench.start(sequence.name)?;
         for _ in 0..sequence.duration().0.min(30_000) {
             let before = bench.board.instructions();
             bench.run_ms(1)?;
@@ -105,20 +104,14 @@ fn latency_us(elf: &[u8], pin: emulated_board::Pin) -> Result<f64> {
     bench.ready()?;
     for moment in 0..40 {
         let ask = LinkCommand::Setpoints([60 << 16, 30 << 16, 60 << 16]);
-        ensure!(matches!(bench.ask(&ask)?, Report::Ack { .. }), "the setpoints are not taken");
+        bench.take(&ask)?;
         bench.run_ms(60)?;
         let settle = bench.board.time() + moment * MILLISECOND / 40;
         bench.board.run_until(settle)?;
         ensure!(bench.actuation() != Actuation::SAFE, "nothing is driven");
-        let start = bench.board.time();
-        bench.board.wire(pin, true);
-        while bench.actuation() != Actuation::SAFE {
-            let next = bench.board.time() + MICROSECOND / 4;
-            bench.board.run_until(next)?;
-        }
-        worst = worst.max((bench.board.time() - start) as f64 / MICROSECOND as f64);
+        worst = worst.max(bench.rest_latency_us(pin)?);
         bench.run_ms(2000)?;
-        ensure!(matches!(bench.ask(&LinkCommand::ClearFault)?, Report::Ack { .. }), "the fault is not cleared");
+        bench.take(&LinkCommand::ClearFault)?;
     }
     Ok(worst)
 }

@@ -12,7 +12,7 @@ pub struct Adc {
     dr: u32,
     others: [u32; 0x60 / 4],
     common: u32,
-    /// Conversions done of each channel since its input changed.
+    /// Conversions done of each channel: where its dither is.
     done: [u32; 19],
     /// Input of each channel, as a mean code.
     inputs: [f64; 19],

@@ -1,31 +1,17 @@
 //! Reset, clocks and supply: what is switched on is ready at once.
 
-/// Why the board started.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ResetCause {
-    /// Power came.
-    PowerOn,
-    /// Power sagged.
-    Brownout,
-    /// The reset button.
-    Pin,
-    /// The firmware asked for it.
-    Software,
-    /// The independent watchdog was not fed.
-    Watchdog,
-}
+use model_core::protocol::ResetCause;
 
-impl ResetCause {
-    /// The flags in `RCC_CSR` that go with it; every reset pulls the pin too.
-    const fn flags(self) -> u32 {
-        1 << 26
-            | match self {
-                Self::PowerOn => 1 << 27 | 1 << 25,
-                Self::Brownout => 1 << 25,
-                Self::Pin => 0,
-                Self::Software => 1 << 28,
-                Self::Watchdog => 1 << 29,
-            }
+/// The flags in `RCC_CSR` that go with a cause; every reset that has a cause pulls the pin too.
+const fn flags(cause: ResetCause) -> u32 {
+    let pin = 1 << 26;
+    match cause {
+        ResetCause::PowerOn => pin | 1 << 27 | 1 << 25,
+        ResetCause::Brownout => pin | 1 << 25,
+        ResetCause::Pin => pin,
+        ResetCause::Software => pin | 1 << 28,
+        ResetCause::Watchdog => pin | 1 << 29,
+        ResetCause::Other => 0,
     }
 }
 
@@ -41,7 +27,7 @@ impl Rcc {
         let mut registers = [0; 0x98 / 4];
         registers[0] = 0x83;
         registers[1] = 0x2400_3010;
-        Self { registers, flags: cause.flags() }
+        Self { registers, flags: flags(cause) }
     }
 
     pub fn read(&self, offset: u32) -> Option<u32> {

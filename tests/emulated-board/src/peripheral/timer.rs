@@ -101,9 +101,8 @@ impl Timer {
             return;
         }
         let steps = (time - self.since) / self.step();
-        let passed: Vec<u32> =
-            self.events().filter(|&(_, value)| self.time_of(value) <= time).map(|(flag, _)| flag).collect();
-        self.sr |= passed.into_iter().fold(0, |all, flag| all | flag);
+        let passed = self.events().filter(|&(_, value)| self.time_of(value) <= time);
+        self.sr |= passed.fold(0, |all, (flag, _)| all | flag);
         self.count = (self.count + steps) % (self.arr + 1);
         self.since += steps * self.step();
     }

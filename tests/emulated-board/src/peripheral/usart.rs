@@ -23,8 +23,6 @@ pub struct Usart {
     /// When the line has been silent for a character; `NEVER` when that was seen.
     idle_at: u64,
     last_arrival: u64,
-    /// When the transmitter takes the next byte.
-    transmit_at: u64,
     pub sent: Vec<u8>,
 }
 
@@ -39,7 +37,6 @@ impl Usart {
             arriving: VecDeque::new(),
             idle_at: NEVER,
             last_arrival: 0,
-            transmit_at: 0,
             sent: Vec::new(),
         }
     }
@@ -89,11 +86,6 @@ impl Usart {
         }
     }
 
-    pub fn transmit(&mut self, at: u64, byte: u8) {
-        self.transmit_at = self.transmit_at.max(at) + self.character();
-        self.sent.push(byte);
-    }
-
     pub fn raises(&self) -> bool {
         let cr1 = self.cr[0];
         self.sr & IDLE != 0 && cr1 & IDLE != 0
@@ -117,11 +109,11 @@ impl Usart {
         })
     }
 
-    pub fn write(&mut self, now: u64, offset: u32, value: u32) -> Option<()> {
+    pub fn write(&mut self, offset: u32, value: u32) -> Option<()> {
         match offset {
             // TC and RXNE are cleared by writing zero; this transmitter is always done with what it was given.
             0x00 => self.sr &= value | !RXNE,
-            0x04 => self.transmit(now, value as u8),
+            0x04 => self.sent.push(value as u8),
             0x08 => self.brr = value,
             0x0C..=0x14 => self.cr[(offset as usize - 0x0C) / 4] = value,
             0x18 => {}
