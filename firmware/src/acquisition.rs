@@ -1,7 +1,7 @@
 //! Converter to samples: sixteen scans summed, one sample a millisecond, stamped with the time of the last scan.
 
 use crate::beats::{self, Beat};
-use crate::board::{CHANNELS, SCANS, TICK_CODES};
+use crate::board::{CHANNELS, TICK_CODES};
 use embassy_stm32::adc::RingBufferedAdc;
 use embassy_stm32::peripherals::{ADC1, TIM3};
 use embassy_stm32::timer::low_level::Timer;
@@ -17,7 +17,7 @@ pub struct Sample {
     pub at: Millis,
     /// Counts samples, lost ones too.
     pub number: u32,
-    /// Sum of the [`SCANS`] codes of each channel.
+    /// Sum of the [`SCANS`](crate::board::SCANS) codes of each channel.
     pub sums: [u32; CHANNELS],
 }
 

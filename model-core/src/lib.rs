@@ -13,6 +13,8 @@ pub mod division;
 #[cfg(any(test, feature = "host"))]
 pub mod equations;
 pub mod inverse;
+#[cfg(feature = "methods")]
+pub mod methods;
 pub mod observer;
 #[cfg(any(test, feature = "host"))]
 pub mod paper;
