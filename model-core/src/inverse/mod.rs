@@ -39,4 +39,3 @@ pub fn pressure_from_bend(coefficients: &Coefficients, bend: Bend) -> Pressure {
     let rounded = ((wide >> (q + 15)) + 1) >> 1;
     Pressure::from_bits(i32::try_from(rounded).unwrap_or(i32::MAX))
 }
-pub fn dbg(c: &Coefficients, p: f64) { Model::new(c).angle((p*65536.0) as u32 * 64); }

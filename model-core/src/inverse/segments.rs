@@ -19,9 +19,6 @@ pub(super) const END: usize = ENTRIES - 1;
 /// The most fractional bits of a segment's pressure in kPa: a pressure of up to 1023 kPa fits, and so does k·α.
 pub(super) const MOST_FRACTION_BITS: u32 = 22;
 
-/// Fractional bits of the first segment's pressure, which stays below 12 kPa.
-pub(super) const FIRST_FRACTION_BITS: u32 = 25;
-
 /// Of a quintic in y, minus half the offset from the segment's start as a share of its width: −1/2 < y <= 0.
 ///
 /// Minus, because a factor that the compiler knows to be positive makes a signed product mixed, which costs the
@@ -29,7 +26,10 @@ pub(super) const FIRST_FRACTION_BITS: u32 = 25;
 pub(super) const COEFFICIENTS: usize = 6;
 
 /// One segment. Its pressure has q fractional bits, as many as any admitted calibration leaves room for.
+///
+/// In this order, because what the search compares is loaded by one instruction from where the segment starts.
 #[derive(Clone, Copy)]
+#[repr(C)]
 pub(super) struct Segment {
     /// Start in 2⁻²⁴ degree.
     pub start: u32,
@@ -37,10 +37,12 @@ pub(super) struct Segment {
     pub a_start: i32,
     /// B at the start in Q14, rounded down.
     pub b_start: i32,
-    /// [`MOST_FRACTION_BITS`] − q; negative on the first one only.
-    pub fewer_bits: i8,
-    /// Binary logarithm of the width in 2⁻²⁴ degree.
-    pub width_bits: u8,
+    /// [`MOST_FRACTION_BITS`] − q.
+    pub fewer_bits: u8,
+    /// From y, in 2⁻³² of twice the width, to 2⁻²⁴ degree.
+    pub angle_shift: u8,
+    /// From k in Q30 per degree to its pressure over twice the width.
+    pub bending_shift: u8,
     /// A in Q(7 + q).
     pub a: [i32; COEFFICIENTS],
     /// B in Q(2 + q).
@@ -202,9 +204,8 @@ const fn fraction_bits(index: usize) -> u32 {
         }
         power += 1;
     }
-    let most = if index == 0 { FIRST_FRACTION_BITS } else { MOST_FRACTION_BITS };
     let mut q = 0;
-    while q < most && largest * ((1u64 << (q + 1)) as f64) < 2_147_000_000.0 {
+    while q < MOST_FRACTION_BITS && largest * ((1u64 << (q + 1)) as f64) < 2_147_000_000.0 {
         q += 1;
     }
     q
@@ -225,8 +226,10 @@ const fn table() -> [Segment; ENTRIES] {
         start: 0,
         a_start: 0,
         b_start: 0,
-        fewer_bits: 0,
-        width_bits: 0,
+        // The end has no width, and every pressure lies above what it has.
+        fewer_bits: 8,
+        angle_shift: 31,
+        bending_shift: 31,
         a: [0; COEFFICIENTS],
         b: [0; COEFFICIENTS],
     };
@@ -240,8 +243,9 @@ const fn table() -> [Segment; ENTRIES] {
         if index < END {
             let [a, b] = powers(index);
             let q = fraction_bits(index);
-            all[index].fewer_bits = (MOST_FRACTION_BITS as i8) - q as i8;
-            all[index].width_bits = place(index).1 as u8;
+            all[index].fewer_bits = (MOST_FRACTION_BITS - q) as u8;
+            all[index].angle_shift = (31 - place(index).1) as u8;
+            all[index].bending_shift = (31 - place(index).1 + MOST_FRACTION_BITS - q) as u8;
             let mut power = 0;
             while power < COEFFICIENTS {
                 // The odd powers' signs follow from the offset's.
