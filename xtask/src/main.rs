@@ -22,7 +22,7 @@ struct Arguments {
 enum Chore {
     /// Installs what the firmware's build and the emulated board need and is missing.
     Setup,
-    /// Sets up, then passes all the tests: format, lints, host, documentation, firmware, emulated board, simulator.
+    /// Sets up, then passes all the tests: format, lints, host, documentation, firmware, no panic path, emulated board, simulator.
     Test,
     /// Builds the firmware: target/firmware/firmware.{elf,bin,hex}, with flash, RAM and stack.
     Firmware {
