@@ -4,6 +4,7 @@
 //! panic function in its symbol table is one that some call reaches; the relocations, kept in the ELF, say by whom.
 
 use crate::{root, run, toolchain};
+use addr2line::gimli;
 use anyhow::{Context, Result, bail, ensure};
 use object::{Object, ObjectSection, ObjectSymbol, RelocationTarget, SymbolKind};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -189,11 +190,19 @@ impl Graph {
     }
 }
 
+/// The line tables of a program.
+type Lines<'a> = addr2line::Context<gimli::EndianSlice<'a, gimli::LittleEndian>>;
+
 /// Looks for panic functions in a linked program.
 fn examine(program: &Path) -> Result<Panics> {
     let elf = fs::read(program).with_context(|| format!("the build left no {}", program.display()))?;
     let graph = Graph::read(&elf)?;
-    let lines = addr2line::Loader::new(program).map_err(|error| anyhow::anyhow!("no line tables: {error}"))?;
+    let file = object::File::parse(elf.as_slice())?;
+    let section = |id: gimli::SectionId| {
+        let data = file.section_by_name(id.name()).and_then(|section| section.data().ok());
+        Ok::<_, gimli::Error>(gimli::EndianSlice::new(data.unwrap_or_default(), gimli::LittleEndian))
+    };
+    let lines = Lines::from_dwarf(gimli::Dwarf::load(section)?)?;
     let mut panics = Panics { functions: graph.functions.len(), ..Panics::default() };
     for (&function, (_, name)) in graph.functions.iter().filter(|(_, (_, name))| is_panic(name)) {
         panics.symbols.insert(name.clone());
@@ -209,11 +218,10 @@ fn examine(program: &Path) -> Result<Panics> {
 }
 
 /// The functions that an address belongs to, inlined ones first, each with its line.
-fn frames(lines: &addr2line::Loader, address: u64) -> Result<Vec<String>> {
-    let unread = |error| anyhow::anyhow!("line table at {address:#010x}: {error}");
-    let mut iterator = lines.find_frames(address).map_err(|error| unread(error.to_string()))?;
+fn frames(lines: &Lines<'_>, address: u64) -> Result<Vec<String>> {
+    let mut iterator = lines.find_frames(address).skip_all_loads()?;
     let mut frames = Vec::new();
-    while let Some(frame) = iterator.next().map_err(|error| unread(error.to_string()))? {
+    while let Some(frame) = iterator.next()? {
         let name = frame.function.as_ref().and_then(|name| name.raw_name().ok()).map(|name| demangled(&name));
         let place = frame.location.and_then(|place| Some(format!(" ({}:{})", near(place.file?), place.line?)));
         frames.push(format!("{}{}", name.as_deref().unwrap_or("?"), place.unwrap_or_default()));

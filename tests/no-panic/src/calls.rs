@@ -95,7 +95,7 @@ fn controller() {
     let mut controller = any(controller);
     consume(Controller::step(&mut controller, &any(INPUTS)));
     consume(controller);
-    consume(Reading::map(any(INPUTS.manifold), any::<fn(Pressure) -> i32>(|pressure| Pressure::to_bits(pressure))));
+    consume(Reading::map(any(INPUTS.manifold), any::<fn(Pressure) -> i32>(Pressure::to_bits)));
     consume(Reading::valid(any(INPUTS.manifold)));
 }
 

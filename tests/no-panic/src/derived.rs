@@ -4,6 +4,7 @@
 
 use crate::calls::{INPUTS, PRESSURES, SEQUENCE, STEPS, any, consume};
 use core::hash::{Hash, Hasher};
+use heapless::String;
 use model_core::actuation::{Actuation, Passage, Segment};
 use model_core::calibration;
 use model_core::controller::{Command, Controller, Fault, Inputs, Mode, Outputs, Reading, Rejection};
@@ -172,7 +173,7 @@ fn identity() -> Identity {
     Identity {
         id: 0,
         protocol: 0,
-        firmware: any(Default::default()),
+        firmware: any(String::new()),
         serial: [0; 3],
         reset_cause: ResetCause::Pin,
         coefficients: [0; 3],
