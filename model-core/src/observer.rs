@@ -10,8 +10,26 @@ use crate::division::divide;
 use crate::units::Pressure;
 use fixed::types::I16F16;
 
-/// Ticks of commands that are remembered; dead times must be shorter.
-const HISTORY: usize = 32;
+/// Dead time of relay and valves in ticks (ms), 0..=31: commands are remembered for 32 ticks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DeadTicks(u8);
+
+impl DeadTicks {
+    /// The longest, 31 ticks.
+    pub const MAX: Self = Self(31);
+
+    /// None when `ticks` is more than 31.
+    #[must_use]
+    pub const fn new(ticks: u8) -> Option<Self> {
+        if ticks <= Self::MAX.0 { Some(Self(ticks)) } else { None }
+    }
+
+    /// Ticks, 0..=31.
+    #[must_use]
+    pub const fn get(self) -> u8 {
+        self.0
+    }
+}
 
 /// What the observer and the regulator assume of the pneumatics. Nominal figures; the regulator learns their errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,8 +46,8 @@ pub struct Pneumatics {
     /// Volume of one chamber in manifold volumes, with what its growth under pressure takes beside: the air that one
     /// chamber takes for 1 kPa, over what the manifold takes. The observer learns it.
     pub chamber_ratio: I16F16,
-    /// Dead time of relay and valves in ticks, less than 32.
-    pub dead_ticks: u8,
+    /// Dead time of relay and valves.
+    pub dead_ticks: DeadTicks,
 }
 
 impl Pneumatics {
@@ -44,7 +62,7 @@ impl Pneumatics {
         valve_rate: I16F16::lit("0.005066"),
         critical_ratio: I16F16::lit("0.3"),
         chamber_ratio: I16F16::lit("1.9"),
-        dead_ticks: 10,
+        dead_ticks: DeadTicks(10),
     };
 
     /// Pressure rate, in kPa per ms, at which the pump raises the manifold alone against `manifold`; never negative.
@@ -99,12 +117,8 @@ pub struct Observer {
 
 impl Observer {
     /// All chambers at atmosphere, everything open: a finger that rests.
-    ///
-    /// # Panics
-    /// When the dead time is 32 ticks or more; in `const` evaluation, as for the board's constants, at compile time.
     #[must_use]
     pub const fn new(pneumatics: Pneumatics) -> Self {
-        assert!((pneumatics.dead_ticks as usize) < HISTORY, "the dead time must be shorter than the history");
         Self {
             pneumatics,
             chambers: [Pressure::ZERO; 3],
@@ -129,7 +143,7 @@ impl Observer {
         let resting = self.air_rests();
         let per_chamber = self.chambers.iter_mut().zip(&mut self.flows).zip(&self.valve_open);
         for ((chamber, flow), &open) in per_chamber {
-            if open >> self.pneumatics.dead_ticks & 1 == 0 {
+            if open >> self.pneumatics.dead_ticks.get() & 1 == 0 {
                 *flow = I16F16::ZERO;
                 continue;
             }
@@ -137,7 +151,9 @@ impl Observer {
             // Half of the difference at the most: equalised volumes must not chatter on the sensor's noise.
             let limit = difference.saturating_abs() / 2;
             let manifolds_flow = self.pneumatics.valve_flow(self.fast, *chamber);
-            *flow = divide(manifolds_flow, self.pneumatics.chamber_ratio).unwrap_or(I16F16::ZERO).clamp(-limit, limit);
+            let flow_in = divide(manifolds_flow, self.pneumatics.chamber_ratio).unwrap_or(I16F16::ZERO);
+            // Not `clamp`, which would panic if the limit were negative: it is not, but the compiler does not see that.
+            *flow = flow_in.max(-limit).min(limit);
             *chamber = *chamber + Pressure::from_fixed(*flow);
             if resting && open & REST_MASK == REST_MASK {
                 *chamber = low_pass(*chamber, self.slow, 3);
@@ -251,8 +267,8 @@ impl Observer {
 const REST_MASK: u32 = 0x00FF_FFFF;
 
 /// How many of the newest `dead_ticks` bits are set.
-const fn pending(bits: u32, dead_ticks: u8) -> u32 {
-    (bits & ((1 << dead_ticks) - 1)).count_ones()
+const fn pending(bits: u32, dead_ticks: DeadTicks) -> u32 {
+    (bits & ((1 << dead_ticks.get()) - 1)).count_ones()
 }
 
 /// First-order low pass with a time constant of 2^`shift` ticks.
@@ -283,6 +299,18 @@ mod tests {
             observer.commanded(&Actuation::HOLD);
         }
         observer
+    }
+
+    #[test]
+    fn dead_times_end_before_the_history_does() {
+        assert_eq!(DeadTicks::new(31), Some(DeadTicks::MAX));
+        assert_eq!(DeadTicks::new(32), None);
+        // The longest counts every tick but the oldest of 32.
+        let mut observer = Observer::new(Pneumatics { dead_ticks: DeadTicks::MAX, ..MODEL });
+        for _ in 0..40 {
+            observer.commanded(&Actuation { pump: true, ..Actuation::HOLD });
+        }
+        assert_eq!((observer.pump_ticks_pending(), observer.dump_ticks_pending()), (31, 0));
     }
 
     #[test]

@@ -204,7 +204,7 @@ impl Regulator {
             self.phase = Phase::Venting;
             return Actuation::SAFE;
         }
-        let dead = u32::from(observer.pneumatics().dead_ticks);
+        let dead = u32::from(observer.pneumatics().dead_ticks.get());
         match self.phase {
             Phase::Venting => {
                 self.phase = Phase::Closing;
@@ -393,7 +393,7 @@ impl Regulator {
         let on = (wanted.clamp(0, i32::from(PULSE_MAX_TICKS)) as u16).max(minimum);
         // Only a pulse of some length says something of the rate.
         let learns = on > 2 * minimum && on < PULSE_MAX_TICKS;
-        let wait = u16::from(model.dead_ticks) + SETTLE_TICKS;
+        let wait = u16::from(model.dead_ticks.get()) + SETTLE_TICKS;
         Pulse { pump, on, wait, before: manifold, expected: if learns { change } else { Pressure::ZERO } }
     }
 
@@ -413,7 +413,7 @@ impl Regulator {
     fn flow(&mut self, mut service: Service, observer: &mut Observer) -> Actuation {
         let direction = service.direction;
         let model = *observer.pneumatics();
-        let dead = I16F16::from_num(model.dead_ticks);
+        let dead = I16F16::from_num(model.dead_ticks.get());
         let chambers = observer.chambers();
         let flows = observer.flows();
 

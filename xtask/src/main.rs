@@ -3,6 +3,7 @@
 mod elf;
 mod firmware;
 mod image;
+mod no_panic;
 mod steps;
 mod toolchain;
 
@@ -21,7 +22,7 @@ struct Arguments {
 enum Chore {
     /// Installs what the firmware's build and the emulated board need and is missing.
     Setup,
-    /// Sets up, then passes all the tests: format, lints, host, documentation, firmware, emulated board, simulator.
+    /// Sets up, then passes all the tests: format, lints, host, documentation, firmware, no panic path, emulated board, simulator.
     Test,
     /// Builds the firmware: target/firmware/firmware.{elf,bin,hex}, with flash, RAM and stack.
     Firmware {
@@ -44,6 +45,8 @@ enum Chore {
         #[arg(last = true)]
         arguments: Vec<std::ffi::OsString>,
     },
+    /// Proves that model-core cannot panic on the Cortex-M4: links a program that calls all of it.
+    NoPanic,
     /// Makes the pictures that the README shows anew, from a run of the simulator.
     Pictures,
 }
@@ -57,6 +60,7 @@ fn main() -> std::process::ExitCode {
         Chore::Firmware { json } => firmware::build_and_report(json),
         Chore::Figures { json } => elf::figures(json),
         Chore::Elf { from, arguments } => return elf::run(from, &arguments),
+        Chore::NoPanic => no_panic::check(),
         Chore::Pictures => steps::pictures(),
     };
     match outcome {
