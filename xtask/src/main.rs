@@ -44,6 +44,14 @@ enum Chore {
         #[arg(last = true)]
         arguments: Vec<std::ffi::OsString>,
     },
+    /// Computes the table of true values anew: tests/data/truth.csv, 50 digits each.
+    Truth,
+    /// Visits every one of the 2^32 inputs of each fixed-point function; `-- --help` lists its options.
+    Exhaustive {
+        /// Options of the run: --calibrations all, --json, --write.
+        #[arg(last = true)]
+        arguments: Vec<std::ffi::OsString>,
+    },
     /// Makes the pictures that the README shows anew, from a run of the simulator.
     Pictures,
 }
@@ -57,6 +65,8 @@ fn main() -> std::process::ExitCode {
         Chore::Firmware { json } => firmware::build_and_report(json),
         Chore::Figures { json } => elf::figures(json),
         Chore::Elf { from, arguments } => return elf::run(from, &arguments),
+        Chore::Truth => steps::cargo(&["run", "--quiet", "--package", "finger-tests", "--bin", "truth"]),
+        Chore::Exhaustive { arguments } => steps::exhaustive(&arguments),
         Chore::Pictures => steps::pictures(),
     };
     match outcome {
