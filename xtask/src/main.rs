@@ -48,7 +48,7 @@ enum Chore {
     Truth,
     /// Visits every one of the 2^32 inputs of each fixed-point function; `-- --help` lists its options.
     Exhaustive {
-        /// Options of the run: --calibrations all, --json, --write.
+        /// Options of the run, such as --calibrations all, --json, --write.
         #[arg(last = true)]
         arguments: Vec<std::ffi::OsString>,
     },

@@ -3,13 +3,13 @@
 use super::tally::{BIN_ENDS_LSB, Tally};
 use super::{LSB, Subject};
 use anyhow::{Context, Result, ensure};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 const BEGIN: &str = "<!-- BEGIN exhaustive -->";
 const END: &str = "<!-- END exhaustive -->";
 
 /// A bin of the histogram of absolute errors.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct Bin {
     /// Upper end in LSB of the result (2⁻¹⁶ degree or kPa); none for the last.
     pub up_to_lsb: Option<f64>,
@@ -18,16 +18,16 @@ pub struct Bin {
 }
 
 /// One function at one calibration. LSB is 2⁻¹⁶ of the unit.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Outcome {
     /// Such as `inverse::bend_from_pressure`.
-    pub function: &'static str,
+    pub function: String,
     /// k, c1, c2.
     pub calibration_kpa: [f64; 3],
     /// kPa or deg.
-    pub input_unit: &'static str,
+    pub input_unit: String,
     /// deg or kPa.
-    pub result_unit: &'static str,
+    pub result_unit: String,
     /// Inputs visited.
     pub inputs: u64,
     /// Those of them in the domain, where the errors are taken.
@@ -56,10 +56,10 @@ impl Outcome {
     pub fn new(subject: &Subject, tally: &Tally, seconds: f64) -> Self {
         let bins = BIN_ENDS_LSB.iter().zip(tally.histogram);
         Self {
-            function: subject.name,
+            function: subject.name.to_owned(),
             calibration_kpa: subject.calibration_kpa,
-            input_unit: subject.direction.input_unit(),
-            result_unit: subject.direction.result_unit(),
+            input_unit: subject.direction.input_unit().to_owned(),
+            result_unit: subject.direction.result_unit().to_owned(),
             inputs: tally.inputs,
             domain_inputs: tally.domain_inputs,
             worst_error_lsb: tally.worst.error / LSB,
@@ -93,7 +93,7 @@ pub fn markdown(outcomes: &[Outcome]) -> String {
          |---|---|---:|---:|---:|---:|---:|---:|---:|\n",
     );
     for outcome in outcomes {
-        let unit = outcome.result_unit;
+        let unit = &outcome.result_unit;
         text += &format!(
             "| `{}` | {} | {} | {:.3e} {unit} | {:.5} {} | {:.3e} {unit} | {:.2e} {unit} | {} | {:.0} |\n",
             outcome.function,
@@ -109,7 +109,7 @@ pub fn markdown(outcomes: &[Outcome]) -> String {
         );
     }
     text += "\nResults in the domain by the size of their error, in LSB (2⁻¹⁶ degree or kPa), all calibrations together:\n\n";
-    let names: Vec<_> = outcomes.iter().map(|outcome| outcome.function).fold(Vec::new(), |mut names, name| {
+    let names: Vec<_> = outcomes.iter().map(|outcome| &outcome.function).fold(Vec::new(), |mut names, name| {
         if !names.contains(&name) {
             names.push(name);
         }
@@ -122,7 +122,7 @@ pub fn markdown(outcomes: &[Outcome]) -> String {
     );
     for (index, end) in BIN_ENDS_LSB.iter().enumerate() {
         let counts = names.iter().map(|name| {
-            let of_name = outcomes.iter().filter(|outcome| outcome.function == *name);
+            let of_name = outcomes.iter().filter(|outcome| outcome.function == **name);
             grouped(of_name.map(|outcome| outcome.histogram[index].results).sum())
         });
         let end = if end.is_finite() { format!("{end}") } else { "more".to_owned() };

@@ -83,23 +83,23 @@ mod tests {
     #[test]
     fn chunks_leave_nothing_out() {
         for subject in subjects(&DEFAULT) {
-            let range = i32::MAX - 3_000_000..=i32::MAX;
+            let range = i32::MAX - 1_100_000..=i32::MAX;
             let seen = std::sync::atomic::AtomicU64::new(0);
             let chunked = visit(&subject, &range, |count| {
                 seen.fetch_add(count, Ordering::Relaxed);
             });
             let listed = visit_some(&subject, &range.collect::<Vec<_>>());
-            assert_eq!((chunked.inputs, chunked.failures), (3_000_001, 0));
-            assert_eq!(seen.into_inner(), 3_000_001);
+            assert_eq!((chunked.inputs, chunked.failures), (1_100_001, 0));
+            assert_eq!(seen.into_inner(), 1_100_001);
             assert_eq!(listed.inputs, chunked.inputs);
         }
         for subject in subjects(&DEFAULT) {
-            let range = 1_000_000..=3_200_000;
+            let range = 1_000_000..=2_100_000;
             let chunked = visit(&subject, &range, |_| ());
             let listed = visit_some(&subject, &range.collect::<Vec<_>>());
             assert_eq!(chunked.worst_input_bits, listed.worst_input_bits);
             assert_eq!(chunked.histogram, listed.histogram);
-            assert!(chunked.domain_inputs == 2_200_001 && chunked.worst_error_lsb > 0.4, "{chunked:?}");
+            assert!(chunked.domain_inputs == 1_100_001 && chunked.worst_error_lsb > 0.4, "{chunked:?}");
         }
     }
 }

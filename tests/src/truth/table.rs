@@ -150,7 +150,7 @@ pub fn write(mut done: impl FnMut()) -> String {
     text
 }
 
-/// How many rows [`write`] makes.
+/// How many rows [`write()`] makes.
 #[must_use]
 pub fn rows() -> usize {
     bends_deg().len() + calibrations().len() * pressures_kpa().len()
