@@ -1,1 +1,5 @@
-//! Tests that cross crates; see `tests/`.
+//! What the tests that cross crates share: the table of high-precision values and the exhaustive run; see `tests/` and
+//! `src/bin/`.
+
+pub mod exhaustive;
+pub mod truth;

@@ -47,6 +47,14 @@ enum Chore {
     },
     /// Proves that model-core cannot panic on the Cortex-M4: links a program that calls all of it.
     NoPanic,
+    /// Computes the table of true values anew: tests/data/truth.csv, 50 digits each.
+    Truth,
+    /// Visits every one of the 2^32 inputs of each fixed-point function; `-- --help` lists its options.
+    Exhaustive {
+        /// Options of the run, such as --calibrations all, --json, --write.
+        #[arg(last = true)]
+        arguments: Vec<std::ffi::OsString>,
+    },
     /// Makes the pictures that the README shows anew, from a run of the simulator.
     Pictures,
 }
@@ -61,6 +69,8 @@ fn main() -> std::process::ExitCode {
         Chore::Figures { json } => elf::figures(json),
         Chore::Elf { from, arguments } => return elf::run(from, &arguments),
         Chore::NoPanic => no_panic::check(),
+        Chore::Truth => steps::cargo(&["run", "--quiet", "--package", "finger-tests", "--bin", "truth"]),
+        Chore::Exhaustive { arguments } => steps::exhaustive(&arguments),
         Chore::Pictures => steps::pictures(),
     };
     match outcome {

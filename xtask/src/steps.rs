@@ -2,6 +2,7 @@
 
 use crate::{command, elf, firmware, no_panic, root, run, toolchain};
 use anyhow::{Context, Result, ensure};
+use std::ffi::OsString;
 use std::fs;
 use std::time::Instant;
 
@@ -47,8 +48,16 @@ pub fn test() -> Result<()> {
     Ok(())
 }
 
-fn cargo(arguments: &[&str]) -> Result<()> {
+/// Runs cargo in the workspace.
+pub fn cargo(arguments: &[&str]) -> Result<()> {
     run(command("cargo").args(arguments))
+}
+
+/// Visits every input of the fixed-point functions, optimised but with every check on.
+pub fn exhaustive(arguments: &[OsString]) -> Result<()> {
+    let mut cargo = command("cargo");
+    cargo.args(["run", "--quiet", "--profile", "exhaustive", "--package", "finger-tests", "--bin", "exhaustive", "--"]);
+    run(cargo.args(arguments))
 }
 
 /// The README's first command, twice: it works, and the same seed gives the same bytes.
