@@ -5,9 +5,33 @@
 
 use crate::units::{Bend, Coefficients, Pressure};
 
+mod f32_micromath;
+mod f32_newton;
+mod f32_newton_libm;
+mod f32_newton_native;
+mod f64_newton;
 mod fixed_newton;
+mod floating;
+mod floating_linear;
+mod floating_quadratic;
+mod nodes;
+mod polynomial;
+#[cfg(test)]
+mod reference;
+mod uniform_cubic;
+mod uniform_linear;
 
+pub use f32_micromath::F32Micromath;
+pub use f32_newton_libm::F32NewtonLibm;
+#[cfg(any(test, feature = "host"))]
+pub use f32_newton_native::StdRoot;
+pub use f32_newton_native::{F32NewtonNative, SquareRoot};
+pub use f64_newton::F64Newton;
 pub use fixed_newton::FixedNewton;
+pub use floating_linear::FloatingLinear;
+pub use floating_quadratic::FloatingQuadratic;
+pub use uniform_cubic::UniformCubic;
+pub use uniform_linear::UniformLinear;
 
 /// How a number travels to and from a method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,8 +81,36 @@ macro_rules! for_each_method {
     ($callback:path) => {
         $callback! {
             fixed_newton: $crate::methods::FixedNewton;
+            f64_newton: $crate::methods::F64Newton;
+            f32_newton_libm: $crate::methods::F32NewtonLibm;
+            f32_newton_native: $crate::methods::F32NewtonNative<Root>;
+            f32_micromath: $crate::methods::F32Micromath;
+            uniform_linear: $crate::methods::UniformLinear;
+            uniform_cubic: $crate::methods::UniformCubic;
+            floating_linear: $crate::methods::FloatingLinear;
+            floating_quadratic: $crate::methods::FloatingQuadratic;
         }
     };
+}
+
+/// The end of the model's domain in kPa; above, every method returns the bend here.
+const PRESSURE_LIMIT_KPA: f64 = 1000.0;
+/// The end of the model's domain in degrees; above, every method returns the pressure here.
+const BEND_LIMIT_DEG: f64 = 170.0;
+
+/// Where tables of bends end: beyond the domain, so that no interval inside it has a kink where the bend saturates, and
+/// short of the pole.
+const TABLE_LIMIT_DEG: f64 = 179.5;
+
+/// k, c1 and c2 in kPa, exact.
+fn coefficients_kpa(coefficients: &Coefficients) -> [f64; 3] {
+    [coefficients.k(), coefficients.c1(), coefficients.c2()].map(|c| f64::from(c.to_bits()) / f64::from(1 << 24))
+}
+
+/// The nearest multiple of 2^-`fraction_bits`, as an integer; saturates.
+fn fixed(value: f64, fraction_bits: u32) -> i32 {
+    let scaled = value * (1_u64 << fraction_bits) as f64;
+    (if scaled < 0.0 { scaled - 0.5 } else { scaled + 0.5 }) as i32
 }
 
 macro_rules! fixed_quantity {
@@ -67,8 +119,7 @@ macro_rules! fixed_quantity {
             const REPRESENTATION: Representation = Representation::Fixed;
             fn from_f64(value: f64) -> Self {
                 // `as` truncates, saturates and turns NaN into 0; a half towards its own sign rounds to nearest.
-                let scaled = value * 65_536.0;
-                Self::from_bits((if scaled < 0.0 { scaled - 0.5 } else { scaled + 0.5 }) as i32)
+                Self::from_bits(fixed(value, 16))
             }
             fn to_f64(self) -> f64 {
                 f64::from(self.to_bits()) / 65_536.0
