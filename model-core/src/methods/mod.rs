@@ -78,8 +78,8 @@ pub trait Method: Sized {
 /// square root that `f32-newton-native` is to use.
 #[macro_export]
 macro_rules! for_each_method {
-    ($callback:path) => {
-        $callback! {
+    ($($callback:ident)::+) => {
+        $($callback)::+! {
             fixed_newton: $crate::methods::FixedNewton;
             f64_newton: $crate::methods::F64Newton;
             f32_newton_libm: $crate::methods::F32NewtonLibm;
