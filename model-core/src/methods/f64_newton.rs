@@ -64,7 +64,7 @@ impl F64Newton {
     }
 
     /// √(k² + 16 c1 P) − k without cancellation; zero for P = 0.
-    fn s(&self, pressure: f64) -> f64 {
+    pub(super) fn s(&self, pressure: f64) -> f64 {
         let rise = 16.0 * self.c1 * pressure;
         let root = libm::sqrt(self.k * self.k + rise);
         if root > 0.0 { rise / (root + self.k) } else { 0.0 }

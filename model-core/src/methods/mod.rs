@@ -5,31 +5,41 @@
 
 use crate::units::{Bend, Coefficients, Pressure};
 
+mod cordic;
+mod f32_floating_cubic;
 mod f32_micromath;
 mod f32_newton;
 mod f32_newton_libm;
 mod f32_newton_native;
+mod f32_root_cubic;
+mod f32_segments;
 mod f64_newton;
 mod fixed_newton;
 mod floating;
 mod floating_linear;
 mod floating_quadratic;
+mod minimax;
 mod nodes;
 mod polynomial;
 #[cfg(test)]
 mod reference;
+mod remez;
 mod uniform_cubic;
 mod uniform_linear;
 
+pub use cordic::Cordic;
+pub use f32_floating_cubic::F32FloatingCubic;
 pub use f32_micromath::F32Micromath;
 pub use f32_newton_libm::F32NewtonLibm;
 #[cfg(any(test, feature = "host"))]
 pub use f32_newton_native::StdRoot;
 pub use f32_newton_native::{F32NewtonNative, SquareRoot};
+pub use f32_root_cubic::F32RootCubic;
 pub use f64_newton::F64Newton;
 pub use fixed_newton::FixedNewton;
 pub use floating_linear::FloatingLinear;
 pub use floating_quadratic::FloatingQuadratic;
+pub use minimax::Minimax;
 pub use uniform_cubic::UniformCubic;
 pub use uniform_linear::UniformLinear;
 
@@ -89,6 +99,10 @@ macro_rules! for_each_method {
             uniform_cubic: $crate::methods::UniformCubic;
             floating_linear: $crate::methods::FloatingLinear;
             floating_quadratic: $crate::methods::FloatingQuadratic;
+            minimax: $crate::methods::Minimax;
+            cordic: $crate::methods::Cordic;
+            f32_floating_cubic: $crate::methods::F32FloatingCubic;
+            f32_root_cubic: $crate::methods::F32RootCubic<Root>;
         }
     };
 }
