@@ -22,6 +22,13 @@ pub use hard_cases::hard_cases_markdown;
 
 /// The method to whose time all times are ratios.
 const TIME_REFERENCE: &str = "f64-newton";
+/// What the times are.
+const HOST_TIME: &str = if cfg!(debug_assertions) {
+    "one run on one host: time over that of f64-newton in the same round, median of the rounds; built with overflow \
+     checks, which the fixed-point methods pay for: cargo run --release times them without"
+} else {
+    "one run on one host: time over that of f64-newton in the same round, median of the rounds"
+};
 /// Rounds of timing; each times every method once.
 const ROUNDS: usize = 31;
 /// Inputs a round.
@@ -224,7 +231,7 @@ pub fn measure() -> Report {
     Report {
         calibrations_kpa: calibrations.iter().map(|c| c.to_f64_kpa()).collect(),
         samples,
-        host_time: "one run on one host: time over that of f64-newton in the same round, median of the rounds",
+        host_time: HOST_TIME,
         rows,
     }
 }

@@ -1,8 +1,8 @@
 //! Cubics in f32 on floating segments (see `f32_segments`): no loop, no division, no square root.
 //!
-//! Bend from pressure: octaves from 2⁻²⁴ to 1000 kPa, from 1 segment each at the lower end to 8 at the upper; below, the
+//! Bend from pressure: octaves from 2⁻²³ to 1000 kPa, from 1 segment each at the lower end to 16 at the upper; below, the
 //! bend is proportional to the pressure, which is wrong by less than 0.002 degree. Pressure from bend: octaves of 180 degrees
-//! less the bend. State: 1920 + 1936 bytes, 2 KiB at most for each direction.
+//! less the bend. State: 2036 + 1936 bytes, 2 KiB at most for each direction.
 //!
 //! Worst error over 0..1000 kPa and 0..170 degrees (`cargo test -p model-core f32_floating_cubic -- --nocapture`):
 //!
@@ -16,11 +16,11 @@ use super::f32_segments::{Cubic, Segments};
 use super::{BEND_LIMIT_DEG, F64Newton, Method, PRESSURE_LIMIT_KPA, TABLE_LIMIT_DEG};
 use crate::units::Coefficients;
 
-/// 2⁻²⁴ kPa, where the first segment begins.
-const LEAST_PRESSURE: f32 = 1.0 / 16_777_216.0;
-const PRESSURES: Segments<34> = Segments::new(
-    -24,
-    [0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 2, 2, 2, 2, 2, 2, 2, 3, 3, 3, 3, 3, 3, 3],
+/// 2⁻²³ kPa, where the first segment begins.
+const LEAST_PRESSURE: f32 = 1.0 / 8_388_608.0;
+const PRESSURES: Segments<33> = Segments::new(
+    -23,
+    [0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 2, 2, 2, 2, 2, 2, 3, 3, 3, 3, 3, 3, 3, 4],
     LEAST_PRESSURE,
     PRESSURE_LIMIT_KPA as f32,
 );

@@ -3,7 +3,7 @@
 //!
 //! With s = √(k² + 16 c1 P) − k = 16 c1 P / (√(k² + 16 c1 P) + k), P = s (s + 2k) / (16 c1), and α ≈ s / (8 c1) near zero for
 //! every calibration. α(s) is a table of 96 uniform segments; s(α) one on floating segments of 180 degrees less the bend (see
-//! `f32_segments`). State: 1536 + 1312 bytes and a few words.
+//! `f32_segments`). State: 1536 + 1328 bytes, and five words.
 //!
 //! Worst error over 0..1000 kPa and 0..170 degrees (`cargo test -p model-core f32_root_cubic -- --nocapture`):
 //!
