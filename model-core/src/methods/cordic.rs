@@ -106,8 +106,8 @@ fn quotient(a: u64, b: u64) -> u64 {
 }
 
 impl Cordic {
-    /// P in Q24 kPa and dP/dα in Q16 kPa per radian at an angle in Q30 radians, 0..=170 degrees.
-    fn pressure_and_slope(&self, angle: u32) -> (u64, u64) {
+    /// P in Q24 kPa and, where asked for, dP/dα in Q16 kPa per radian at an angle in Q30 radians, 0..=170 degrees.
+    fn pressure_and_slope<const SLOPE: bool>(&self, angle: u32) -> (u64, u64) {
         let alpha = u64::from(angle);
         let stiffness = (alpha * self.k) >> 30;
         if angle < SERIES_BELOW {
@@ -137,6 +137,9 @@ impl Cordic {
         let excess = (((w * w) >> 30) * ((1 << 31) + (mu2 >> 2))) >> 34;
         let half_b = ((a >> 2) * excess) >> 22;
         let pressure = stiffness + ((a * self.c1) >> 26) + ((half_b * self.c2) >> 21);
+        if !SLOPE {
+            return (pressure, 0);
+        }
 
         // dλ/dα = λ² (μ − cos α) / α in Q24.
         let bessel = quotient((((mu >> 2) as i64 - cos).max(0) as u64) << 30, alpha);
@@ -190,7 +193,7 @@ impl Method for Cordic {
         let (mut low, mut high) = (1, ANGLE_LIMIT);
         let mut angle = self.start(bits).max(low).min(high);
         for _ in 0..MOST_STEPS {
-            let (here, slope) = self.pressure_and_slope(angle);
+            let (here, slope) = self.pressure_and_slope::<true>(angle);
             if here <= target {
                 low = angle;
             } else {
@@ -217,7 +220,7 @@ impl Method for Cordic {
         if angle == 0 {
             return Pressure::ZERO;
         }
-        let pressure = (self.pressure_and_slope(angle).0 + (1 << 7)) >> 8;
+        let pressure = (self.pressure_and_slope::<false>(angle).0 + (1 << 7)) >> 8;
         Pressure::from_bits(i32::try_from(pressure).unwrap_or(i32::MAX))
     }
 }

@@ -12,7 +12,7 @@
 //! | bare chamber | 7.3e-2 | 2.0e0 |
 //! | worst corner | 1.3e-1 | 3.2e0 |
 
-use super::f32_newton::{Arithmetic, F32Newton, Shortening, shortening_from};
+use super::f32_newton::{Arithmetic, F32Newton, Shortening, shortening_from, t_slope_from};
 use micromath::F32;
 
 /// See the module.
@@ -31,7 +31,11 @@ impl Arithmetic for Micromath {
     }
 
     fn shortening(bend: f32) -> Shortening {
-        shortening_from(bend, |x| F32(x).sin().0, |x| F32(x).cos().0)
+        shortening_from(bend, |x| F32(x).sin().0)
+    }
+
+    fn t_slope(bend: f32, mu: f32) -> f32 {
+        t_slope_from(bend, mu, |x| F32(x).cos().0)
     }
 }
 

@@ -18,14 +18,12 @@ const LAST_STEP: f32 = 5e-5;
 /// Below this angle in radians, the series rather than sine and cosine.
 const SERIES_BELOW: f32 = 1.0;
 
-/// What depends on the bend alone.
+/// What depends on the bend alone: of the two, each without cancellation.
 pub struct Shortening {
     /// sin α / α.
     pub mu: f32,
     /// 1 − μ.
     pub t: f32,
-    /// dt/dα.
-    pub t_slope: f32,
 }
 
 /// What the three methods differ in.
@@ -38,27 +36,31 @@ pub trait Arithmetic {
     fn sqrt(value: f32) -> f32;
     /// At a bend in degrees, 0 < `bend` <= 170.
     fn shortening(bend: f32) -> Shortening;
+    /// dt/dα at a bend in degrees whose μ is known; for Newton's steps, not for the result.
+    fn t_slope(bend: f32, mu: f32) -> f32;
 }
 
-/// [`Shortening`] from sine and cosine; from the series below 1 rad.
-pub fn shortening_from(bend: f32, sin: impl Fn(f32) -> f32, cos: impl Fn(f32) -> f32) -> Shortening {
+/// [`Shortening`] from the sine; from the series below 1 rad.
+pub fn shortening_from(bend: f32, sin: impl Fn(f32) -> f32) -> Shortening {
     let alpha = bend * RADIANS;
     if alpha < SERIES_BELOW {
         let x = alpha * alpha;
         let t = x * (1.0 / 6.0 - x * (1.0 / 120.0 - x * (1.0 / 5040.0 - x * (1.0 / 362_880.0))));
-        let t_slope = alpha * (1.0 / 3.0 - x * (1.0 / 30.0 - x * (1.0 / 840.0 - x * (1.0 / 45_360.0))));
-        return Shortening { mu: 1.0 - t, t, t_slope };
+        return Shortening { mu: 1.0 - t, t };
     }
     // From the pole's side the argument's rounding shrinks with the sine.
-    let (sin, cos) = if bend > 90.0 {
-        let rest = (180.0 - bend) * RADIANS;
-        (sin(rest), -cos(rest))
-    } else {
-        (sin(alpha), cos(alpha))
-    };
-    let inverse = 1.0 / alpha;
-    let mu = sin * inverse;
-    Shortening { mu, t: 1.0 - mu, t_slope: (mu - cos) * inverse }
+    let mu = sin(if bend > 90.0 { (180.0 - bend) * RADIANS } else { alpha }) / alpha;
+    Shortening { mu, t: 1.0 - mu }
+}
+
+/// dt/dα from the cosine; from the series below 1 rad.
+pub fn t_slope_from(bend: f32, mu: f32, cos: impl Fn(f32) -> f32) -> f32 {
+    let alpha = bend * RADIANS;
+    if alpha < SERIES_BELOW {
+        let x = alpha * alpha;
+        return alpha * (1.0 / 3.0 - x * (1.0 / 30.0 - x * (1.0 / 840.0 - x * (1.0 / 45_360.0))));
+    }
+    (mu - cos(alpha)) / alpha
 }
 
 /// Newton in f32.
@@ -72,9 +74,9 @@ pub struct F32Newton<A> {
 }
 
 impl<A: Arithmetic> F32Newton<A> {
-    /// P in kPa and, per degree, its slope at 0 < `bend` <= 170 degrees.
-    fn pressure_and_slope(&self, bend: f32) -> (f32, f32) {
-        let Shortening { mu, t, t_slope } = A::shortening(bend);
+    /// P in kPa and, per degree, its slope (where asked for) at 0 < `bend` <= 170 degrees.
+    fn pressure_and_slope<const SLOPE: bool>(&self, bend: f32) -> (f32, f32) {
+        let Shortening { mu, t } = A::shortening(bend);
         let mu2 = mu * mu;
         let mu4 = mu2 * mu2;
         let lambda = 1.0 / mu;
@@ -82,9 +84,12 @@ impl<A: Arithmetic> F32Newton<A> {
         let a = 4.0 * w * (1.0 + mu2 + mu4);
         let excess = w * w * (2.0 + mu2);
         let pressure = self.k * (bend * RADIANS) + a * (self.c1 + 2.0 * self.c2 * excess);
+        if !SLOPE {
+            return (pressure, 0.0);
+        }
         let a_slope = 4.0 + 20.0 * mu4 * mu2;
         let stretch_slope = self.c1 * a_slope + 2.0 * self.c2 * (a_slope * excess + a * a);
-        (pressure, (self.k + lambda * lambda * t_slope * stretch_slope) * RADIANS)
+        (pressure, (self.k + lambda * lambda * A::t_slope(bend, mu) * stretch_slope) * RADIANS)
     }
 
     fn s(&self, pressure: f32) -> f32 {
@@ -124,7 +129,7 @@ impl<A: Arithmetic> Method for F32Newton<A> {
         let (mut low, mut high) = (0.0, BEND_LIMIT_DEG as f32);
         let mut bend = self.nodes.start_deg(self.s(pressure)).min(high);
         for _ in 0..MOST_STEPS {
-            let (here, slope) = self.pressure_and_slope(bend);
+            let (here, slope) = self.pressure_and_slope::<true>(bend);
             if here < pressure {
                 low = bend;
             } else {
@@ -144,6 +149,6 @@ impl<A: Arithmetic> Method for F32Newton<A> {
         if bend.is_nan() || bend <= 0.0 {
             return 0.0;
         }
-        self.pressure_and_slope(bend.min(BEND_LIMIT_DEG as f32)).0
+        self.pressure_and_slope::<false>(bend.min(BEND_LIMIT_DEG as f32)).0
     }
 }

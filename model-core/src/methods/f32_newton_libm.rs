@@ -5,11 +5,11 @@
 //!
 //! | Calibration | Bend, degrees | Pressure, kPa |
 //! |---|---|---|
-//! | default | 2.2e-5 | 4.3e-4 |
-//! | bare chamber | 1.6e-5 | 4.5e-4 |
-//! | worst corner | 1.9e-5 | 6.0e-4 |
+//! | default | 1.6e-5 | 4.3e-4 |
+//! | bare chamber | 1.6e-5 | 4.1e-4 |
+//! | worst corner | 1.8e-5 | 6.0e-4 |
 
-use super::f32_newton::{Arithmetic, F32Newton, Shortening, shortening_from};
+use super::f32_newton::{Arithmetic, F32Newton, Shortening, shortening_from, t_slope_from};
 
 /// See the module.
 pub type F32NewtonLibm = F32Newton<Libm>;
@@ -27,7 +27,11 @@ impl Arithmetic for Libm {
     }
 
     fn shortening(bend: f32) -> Shortening {
-        shortening_from(bend, libm::sinf, libm::cosf)
+        shortening_from(bend, libm::sinf)
+    }
+
+    fn t_slope(bend: f32, mu: f32) -> f32 {
+        t_slope_from(bend, mu, libm::cosf)
     }
 }
 

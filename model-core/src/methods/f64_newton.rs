@@ -29,9 +29,12 @@ pub struct F64Newton {
     nodes: Nodes<f64>,
 }
 
-/// t = 1 − sin α / α and dt/dα.
-fn shortening(alpha: f64) -> (f64, f64) {
+/// t = 1 − sin α / α and, where asked for, dt/dα.
+fn shortening<const SLOPE: bool>(alpha: f64) -> (f64, f64) {
     if alpha >= SERIES_BELOW {
+        if !SLOPE {
+            return (1.0 - libm::sin(alpha) / alpha, 0.0);
+        }
         let (sin, cos) = libm::sincos(alpha);
         return (1.0 - sin / alpha, (sin - alpha * cos) / (alpha * alpha));
     }
@@ -41,15 +44,17 @@ fn shortening(alpha: f64) -> (f64, f64) {
     for n in (2..=9).rev() {
         let n = f64::from(2 * n);
         t = 1.0 - x / (n * (n + 1.0)) * t;
-        slope = 1.0 - x / ((n - 2.0) * (n + 1.0)) * slope;
+        if SLOPE {
+            slope = 1.0 - x / ((n - 2.0) * (n + 1.0)) * slope;
+        }
     }
     (x / 6.0 * t, alpha / 3.0 * slope)
 }
 
 impl F64Newton {
-    /// P in kPa and dP/dα in kPa per radian at 0 < `alpha` < π.
-    fn pressure_and_slope(&self, alpha: f64) -> (f64, f64) {
-        let (t, t_slope) = shortening(alpha);
+    /// P in kPa and, where asked for, dP/dα in kPa per radian at 0 < `alpha` < π.
+    fn pressure_and_slope<const SLOPE: bool>(&self, alpha: f64) -> (f64, f64) {
+        let (t, t_slope) = shortening::<SLOPE>(alpha);
         let mu = 1.0 - t;
         let mu2 = mu * mu;
         let mu4 = mu2 * mu2;
@@ -58,6 +63,9 @@ impl F64Newton {
         let a = 4.0 * w * (1.0 + mu2 + mu4);
         let excess = w * w * (2.0 + mu2);
         let pressure = self.k * alpha + a * (self.c1 + 2.0 * self.c2 * excess);
+        if !SLOPE {
+            return (pressure, 0.0);
+        }
         let a_slope = 4.0 + 20.0 * mu4 * mu2;
         let stretch_slope = self.c1 * a_slope + 2.0 * self.c2 * (a_slope * excess + a * a);
         (pressure, self.k + lambda * lambda * t_slope * stretch_slope)
@@ -79,7 +87,7 @@ impl F64Newton {
         let (mut low, mut high) = (0.0, limit_deg.to_radians());
         let mut alpha = self.nodes.start_deg(self.s(pressure)).to_radians().min(high);
         for _ in 0..MOST_STEPS {
-            let (here, slope) = self.pressure_and_slope(alpha);
+            let (here, slope) = self.pressure_and_slope::<true>(alpha);
             if here < pressure {
                 low = alpha;
             } else {
@@ -103,7 +111,7 @@ impl F64Newton {
 
     /// dP/dα in kPa per degree at a bend in degrees.
     pub(super) fn slope_kpa_per_deg(&self, bend_deg: f64) -> f64 {
-        self.pressure_and_slope(bend_deg.to_radians()).1.to_radians()
+        self.pressure_and_slope::<true>(bend_deg.to_radians()).1.to_radians()
     }
 }
 
@@ -130,7 +138,7 @@ impl Method for F64Newton {
         if bend.is_nan() || bend <= 0.0 {
             return 0.0;
         }
-        self.pressure_and_slope(bend.min(BEND_LIMIT_DEG).to_radians()).0
+        self.pressure_and_slope::<false>(bend.min(BEND_LIMIT_DEG).to_radians()).0
     }
 }
 

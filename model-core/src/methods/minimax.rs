@@ -32,12 +32,18 @@ const BENDS: usize = (BEND_LIMIT.to_bits() >> BEND_SHIFT) as usize;
 pub struct Minimax {
     /// Q22.
     bends: [[i32; 6]; PRESSURES],
-    pressures: [[i32; 5]; BENDS],
-    pressure_fraction_bits: [u8; BENDS],
+    pressures: PressureTable,
+}
+
+/// Pressure from bend; `minimax-root` has the same.
+#[derive(Clone, Copy, Debug)]
+pub struct PressureTable {
+    segments: [[i32; 5]; BENDS],
+    fraction_bits: [u8; BENDS],
 }
 
 /// Horner at the offset of `input` from its segment's middle in half widths.
-fn horner<const N: usize>(coefficients: &[i32; N], input: u32, shift: u32) -> i32 {
+pub fn horner<const N: usize>(coefficients: &[i32; N], input: u32, shift: u32) -> i32 {
     let u = ((input << (32 - shift)) ^ 0x8000_0000) as i32;
     coefficients
         .iter()
@@ -46,8 +52,45 @@ fn horner<const N: usize>(coefficients: &[i32; N], input: u32, shift: u32) -> i3
 }
 
 /// The best polynomial on the segment `index`.
-fn segment<const N: usize>(points: &[f64; GRID], index: usize, width: f64, of: impl Fn(f64) -> f64) -> [f64; N] {
+pub fn segment<const N: usize>(points: &[f64; GRID], index: usize, width: f64, of: impl Fn(f64) -> f64) -> [f64; N] {
     minimax(points, &points.map(|x| of((index as f64 + f64::midpoint(x, 1.0)) * width)))
+}
+
+impl PressureTable {
+    /// For a calibration.
+    pub fn new(exact: &F64Newton, points: &[f64; GRID]) -> Self {
+        let mut table = Self { segments: [[0; 5]; BENDS], fraction_bits: [0; BENDS] };
+        let width = f64::from(1 << BEND_SHIFT) / 65_536.0;
+        for (index, (segment, bits)) in table.segments.iter_mut().zip(&mut table.fraction_bits).enumerate() {
+            let best: [f64; 5] = self::segment(points, index, width, |bend| exact.pressure_from_bend(bend));
+            // Every partial sum stays below the sum of sizes, and that below 2³⁰.
+            let most = best.iter().map(|c| c.abs()).sum::<f64>();
+            let mut fraction_bits = 24;
+            while fraction_bits > 0 && most * f64::from(1_u32 << fraction_bits) >= f64::from(1 << 30) {
+                fraction_bits -= 1;
+            }
+            *bits = fraction_bits;
+            *segment = best.map(|c| fixed(c, u32::from(fraction_bits)));
+        }
+        table
+    }
+
+    /// The pressure at a bend; level beyond the domain.
+    pub fn pressure(&self, bend: Bend) -> Pressure {
+        // The end itself belongs to the last segment.
+        let most = Bend::from_bits(BEND_LIMIT.to_bits() - 1);
+        let bits = bend.clamp(Bend::ZERO, most).to_bits() as u32;
+        if bits == 0 {
+            return Pressure::ZERO;
+        }
+        let index = (bits >> BEND_SHIFT) as usize;
+        let (Some(segment), Some(&fraction_bits)) = (self.segments.get(index), self.fraction_bits.get(index)) else {
+            return Pressure::MAX;
+        };
+        let pressure = i64::from(horner(segment, bits, BEND_SHIFT).max(0)) << 16;
+        let rounded = (pressure + ((1_i64 << fraction_bits) >> 1)) >> fraction_bits;
+        Pressure::from_bits(i32::try_from(rounded).unwrap_or(i32::MAX))
+    }
 }
 
 impl Method for Minimax {
@@ -59,27 +102,13 @@ impl Method for Minimax {
     fn prepare(coefficients: &Coefficients) -> Self {
         let exact = F64Newton::prepare(coefficients);
         let points = grid();
-        let mut method =
-            Self { bends: [[0; 6]; PRESSURES], pressures: [[0; 5]; BENDS], pressure_fraction_bits: [0; BENDS] };
+        let mut bends = [[0; 6]; PRESSURES];
         let width = f64::from(1 << PRESSURE_SHIFT) / 65_536.0;
-        for (index, bend) in method.bends.iter_mut().enumerate() {
+        for (index, bend) in bends.iter_mut().enumerate() {
             let best = segment(&points, index, width, |pressure| exact.solve(pressure, TABLE_LIMIT_DEG));
             *bend = best.map(|c: f64| fixed(c, 22));
         }
-        let width = f64::from(1 << BEND_SHIFT) / 65_536.0;
-        for (index, (pressure, bits)) in method.pressures.iter_mut().zip(&mut method.pressure_fraction_bits).enumerate()
-        {
-            let best: [f64; 5] = segment(&points, index, width, |bend| exact.pressure_from_bend(bend));
-            // Every partial sum stays below the sum of sizes, and that below 2³⁰.
-            let most = best.iter().map(|c| c.abs()).sum::<f64>();
-            let mut fraction_bits = 24;
-            while fraction_bits > 0 && most * f64::from(1_u32 << fraction_bits) >= f64::from(1 << 30) {
-                fraction_bits -= 1;
-            }
-            *bits = fraction_bits;
-            *pressure = best.map(|c| fixed(c, u32::from(fraction_bits)));
-        }
-        method
+        Self { bends, pressures: PressureTable::new(&exact, &points) }
     }
 
     fn bend_from_pressure(&self, pressure: Pressure) -> Bend {
@@ -93,20 +122,7 @@ impl Method for Minimax {
     }
 
     fn pressure_from_bend(&self, bend: Bend) -> Pressure {
-        // The end itself belongs to the last segment.
-        let most = Bend::from_bits(BEND_LIMIT.to_bits() - 1);
-        let bits = bend.clamp(Bend::ZERO, most).to_bits() as u32;
-        if bits == 0 {
-            return Pressure::ZERO;
-        }
-        let index = (bits >> BEND_SHIFT) as usize;
-        let (Some(segment), Some(&fraction_bits)) = (self.pressures.get(index), self.pressure_fraction_bits.get(index))
-        else {
-            return Pressure::MAX;
-        };
-        let pressure = i64::from(horner(segment, bits, BEND_SHIFT).max(0)) << 16;
-        let rounded = (pressure + ((1_i64 << fraction_bits) >> 1)) >> fraction_bits;
-        Pressure::from_bits(i32::try_from(rounded).unwrap_or(i32::MAX))
+        self.pressures.pressure(bend)
     }
 }
 

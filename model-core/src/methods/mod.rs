@@ -19,6 +19,7 @@ mod floating;
 mod floating_linear;
 mod floating_quadratic;
 mod minimax;
+mod minimax_root;
 mod nodes;
 mod polynomial;
 #[cfg(test)]
@@ -40,6 +41,7 @@ pub use fixed_newton::FixedNewton;
 pub use floating_linear::FloatingLinear;
 pub use floating_quadratic::FloatingQuadratic;
 pub use minimax::Minimax;
+pub use minimax_root::MinimaxRoot;
 pub use uniform_cubic::UniformCubic;
 pub use uniform_linear::UniformLinear;
 
@@ -100,6 +102,7 @@ macro_rules! for_each_method {
             floating_linear: $crate::methods::FloatingLinear;
             floating_quadratic: $crate::methods::FloatingQuadratic;
             minimax: $crate::methods::Minimax;
+            minimax_root: $crate::methods::MinimaxRoot;
             cordic: $crate::methods::Cordic;
             f32_floating_cubic: $crate::methods::F32FloatingCubic;
             f32_root_cubic: $crate::methods::F32RootCubic<Root>;

@@ -244,7 +244,7 @@ pub fn hard_cases_markdown(examination: &Examination) -> String {
     );
     for cases in &examination.methods {
         out += &format!(
-            "| `{}` | {} | {} | {:.4} |\n",
+            "| `{}` | {} | {} | {:.5} |\n",
             cases.method,
             join(cases.beyond_bend_deg),
             join(cases.pole_pressure_kpa),
