@@ -167,3 +167,47 @@ impl Quantity for f64 {
         self
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fixed::types::I8F24;
+    use proptest::prelude::*;
+
+    /// Any bits as an input, of any calibration: no panic, and a result inside the domain.
+    fn stays_inside<M: Method>(coefficients: &Coefficients, bits: &[u64]) {
+        let method = M::prepare(coefficients);
+        for &bits in bits {
+            // As a double, a single and a fixed-point number in turn, NaN and infinities among them.
+            let values =
+                [f64::from_bits(bits), f64::from(f32::from_bits(bits as u32)), f64::from(bits as i32) / 65_536.0];
+            for value in values {
+                let bend = method.bend_from_pressure(M::Pressure::from_f64(value)).to_f64();
+                let pressure = method.pressure_from_bend(M::Bend::from_f64(value)).to_f64();
+                assert!((0.0..=170.0).contains(&bend), "{} at {value} kPa: {bend}", M::NAME);
+                // 162 000 kPa, and micromath's error.
+                assert!((0.0..=170_000.0).contains(&pressure), "{} at {value} degrees: {pressure}", M::NAME);
+            }
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(60))]
+
+        #[test]
+        fn every_input_of_every_calibration_stays_inside(
+            k in 0..=60_i32 << 24,
+            c1 in 5 << 24..=40_i32 << 24,
+            c2 in 0..=2_i32 << 24,
+            bits in prop::collection::vec(any::<u64>(), 300),
+        ) {
+            type Root = StdRoot;
+            let coefficients =
+                Coefficients::new(I8F24::from_bits(k), I8F24::from_bits(c1), I8F24::from_bits(c2)).unwrap();
+            macro_rules! all_stay_inside {
+                ($($name:ident: $method:ty;)*) => { $(stays_inside::<$method>(&coefficients, &bits);)* };
+            }
+            for_each_method!(all_stay_inside);
+        }
+    }
+}

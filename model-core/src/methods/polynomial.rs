@@ -74,5 +74,7 @@ pub const fn through<const N: usize>(points: [f64; N], values: [f64; N]) -> [f32
 
 /// Horner.
 pub fn evaluate<const N: usize>(coefficients: &[f32; N], x: f32) -> f32 {
-    coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
+    let mut falling = coefficients.iter().rev();
+    let highest = falling.next().copied().unwrap_or(0.0);
+    falling.fold(highest, |sum, c| sum * x + c)
 }

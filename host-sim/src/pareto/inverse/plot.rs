@@ -66,7 +66,7 @@ fn drawing<E: std::error::Error + Send + Sync>(error: DrawingAreaErrorKind<E>) -
 }
 
 /// A label at 1, 2 and 5 times a power of ten, and none in between, where they would crowd.
-fn tick(value: &f64) -> String {
+fn tick(value: f64) -> String {
     let text = format!("{value:.0e}");
     if text.starts_with(['1', '2', '5']) {
         text.parse::<f64>().map(|rounded| rounded.to_string()).unwrap_or_default()
@@ -107,7 +107,7 @@ pub fn svg(report: &Report, direction: Direction) -> Result<String> {
             .bold_line_style(FAINT)
             .axis_style(INK)
             .label_style(("sans-serif", 12, &INK))
-            .x_label_formatter(&tick)
+            .x_label_formatter(&|&value| tick(value))
             .y_label_formatter(&|value| format!("{value:.0e}"))
             .x_desc("time on this host in one run, f64-newton = 1")
             .y_desc(unit)
