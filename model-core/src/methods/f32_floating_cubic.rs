@@ -13,7 +13,7 @@
 //! | worst corner | 1.0e-4 | 8.2e-5 |
 
 use super::f32_segments::{Cubic, Segments};
-use super::{BEND_LIMIT_DEG, F64Newton, Method, PRESSURE_LIMIT_KPA, TABLE_LIMIT_DEG};
+use super::{BEND_LIMIT_DEG, F64Newton, Method, PRESSURE_LIMIT_KPA, TABLE_LIMIT_DEG, within};
 use crate::units::Coefficients;
 
 /// 2⁻²³ kPa, where the first segment begins.
@@ -57,22 +57,17 @@ impl Method for F32FloatingCubic {
     }
 
     fn bend_from_pressure(&self, pressure: f32) -> f32 {
-        if pressure.is_nan() || pressure <= 0.0 {
-            return 0.0;
-        }
-        let pressure = pressure.min(PRESSURE_LIMIT_KPA as f32);
+        let pressure = within(pressure, 0.0, PRESSURE_LIMIT_KPA as f32);
         PRESSURES
             .evaluate(&self.bends, pressure)
-            .map_or(pressure * self.first_slope, |bend| bend.min(BEND_LIMIT_DEG as f32))
+            .map_or(pressure * self.first_slope, |bend| within(bend, 0.0, BEND_LIMIT_DEG as f32))
     }
 
     fn pressure_from_bend(&self, bend: f32) -> f32 {
-        if bend.is_nan() || bend <= 0.0 {
-            return 0.0;
-        }
-        let rest = (180.0 - bend).max(LEAST_REST);
+        let rest = 180.0 - within(bend, 0.0, BEND_LIMIT_DEG as f32);
         // A bend that vanishes beside 180 degrees has its end, beyond the last segment.
-        RESTS.evaluate(&self.pressures, rest).unwrap_or(0.0).max(0.0)
+        let pressure = RESTS.evaluate(&self.pressures, rest).unwrap_or(0.0);
+        if pressure > 0.0 { pressure } else { 0.0 }
     }
 }
 

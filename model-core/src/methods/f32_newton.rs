@@ -5,7 +5,7 @@
 //! a few times the square of that, below f32's resolution.
 
 use super::nodes::Nodes;
-use super::{BEND_LIMIT_DEG, F64Newton, Method, PRESSURE_LIMIT_KPA, coefficients_kpa};
+use super::{BEND_LIMIT_DEG, F64Newton, Method, PRESSURE_LIMIT_KPA, coefficients_kpa, within};
 use crate::units::Coefficients;
 use core::marker::PhantomData;
 
@@ -122,12 +122,12 @@ impl<A: Arithmetic> Method for F32Newton<A> {
     }
 
     fn bend_from_pressure(&self, pressure: f32) -> f32 {
-        if pressure.is_nan() || pressure <= 0.0 {
+        let pressure = within(pressure, 0.0, PRESSURE_LIMIT_KPA as f32);
+        if pressure <= 0.0 {
             return 0.0;
         }
-        let pressure = pressure.min(PRESSURE_LIMIT_KPA as f32);
         let (mut low, mut high) = (0.0, BEND_LIMIT_DEG as f32);
-        let mut bend = self.nodes.start_deg(self.s(pressure)).min(high);
+        let mut bend = within(self.nodes.start_deg(self.s(pressure)), low, high);
         for _ in 0..MOST_STEPS {
             let (here, slope) = self.pressure_and_slope::<true>(bend);
             if here < pressure {
@@ -135,7 +135,7 @@ impl<A: Arithmetic> Method for F32Newton<A> {
             } else {
                 high = bend;
             }
-            let next = (bend - (here - pressure) / slope).max(low).min(high);
+            let next = within(bend - (here - pressure) / slope, low, high);
             let step = (next - bend).abs();
             bend = next;
             if step <= LAST_STEP * bend {
@@ -146,9 +146,7 @@ impl<A: Arithmetic> Method for F32Newton<A> {
     }
 
     fn pressure_from_bend(&self, bend: f32) -> f32 {
-        if bend.is_nan() || bend <= 0.0 {
-            return 0.0;
-        }
-        self.pressure_and_slope::<false>(bend.min(BEND_LIMIT_DEG as f32)).0
+        // At 0 every term is 0.
+        self.pressure_and_slope::<false>(within(bend, 0.0, BEND_LIMIT_DEG as f32)).0
     }
 }

@@ -16,7 +16,7 @@
 use super::f32_newton_native::SquareRoot;
 use super::f32_segments::{Cubic, Segments, best};
 use super::remez::grid;
-use super::{BEND_LIMIT_DEG, F64Newton, Method, PRESSURE_LIMIT_KPA, TABLE_LIMIT_DEG, coefficients_kpa};
+use super::{BEND_LIMIT_DEG, F64Newton, Method, PRESSURE_LIMIT_KPA, TABLE_LIMIT_DEG, coefficients_kpa, within};
 use crate::units::Coefficients;
 use core::marker::PhantomData;
 
@@ -83,25 +83,20 @@ impl<Root: SquareRoot> Method for F32RootCubic<Root> {
     }
 
     fn bend_from_pressure(&self, pressure: f32) -> f32 {
-        if pressure.is_nan() || pressure <= 0.0 {
-            return 0.0;
-        }
-        let rise = self.rise * pressure.min(PRESSURE_LIMIT_KPA as f32);
+        let rise = self.rise * within(pressure, 0.0, PRESSURE_LIMIT_KPA as f32);
         let root = Root::sqrt(self.k_squared + rise) + self.k;
-        // Zero only where 16 c1 P is, for a subnormal pressure.
+        // Zero only where 16 c1 P is.
         let position = if root > 0.0 { rise / root * self.density } else { 0.0 };
         let index = (position as usize).min(ROOTS - 1);
         let Some([c0, c1, c2, c3]) = self.bends.get(index) else { return 0.0 };
         let offset = position - index as f32;
-        (c0 + offset * (c1 + offset * (c2 + offset * c3))).clamp(0.0, BEND_LIMIT_DEG as f32)
+        within(c0 + offset * (c1 + offset * (c2 + offset * c3)), 0.0, BEND_LIMIT_DEG as f32)
     }
 
     fn pressure_from_bend(&self, bend: f32) -> f32 {
-        if bend.is_nan() || bend <= 0.0 {
-            return 0.0;
-        }
-        let s = RESTS.evaluate(&self.roots, (180.0 - bend).max(LEAST_REST)).unwrap_or(0.0).max(0.0);
-        s * (s + 2.0 * self.k) * self.inverse_rise
+        let rest = 180.0 - within(bend, 0.0, BEND_LIMIT_DEG as f32);
+        let s = RESTS.evaluate(&self.roots, rest).unwrap_or(0.0);
+        if s > 0.0 { s * (s + 2.0 * self.k) * self.inverse_rise } else { 0.0 }
     }
 }
 

@@ -10,7 +10,7 @@
 //! (`cargo test -p model-core f64_newton -- --nocapture`).
 
 use super::nodes::Nodes;
-use super::{BEND_LIMIT_DEG, Method, PRESSURE_LIMIT_KPA, coefficients_kpa};
+use super::{BEND_LIMIT_DEG, Method, PRESSURE_LIMIT_KPA, coefficients_kpa, within};
 use crate::units::Coefficients;
 
 /// Below this angle in radians the series.
@@ -81,11 +81,11 @@ impl F64Newton {
     /// The bend in degrees at a pressure in kPa, and not above `limit_deg`. The other methods' tables go a little beyond
     /// the domain's ends with it, so that their last interval is as good as the others.
     pub(super) fn solve(&self, pressure: f64, limit_deg: f64) -> f64 {
-        if pressure.is_nan() || pressure <= 0.0 {
+        if pressure <= 0.0 {
             return 0.0;
         }
         let (mut low, mut high) = (0.0, limit_deg.to_radians());
-        let mut alpha = self.nodes.start_deg(self.s(pressure)).to_radians().min(high);
+        let mut alpha = within(self.nodes.start_deg(self.s(pressure)).to_radians(), low, high);
         for _ in 0..MOST_STEPS {
             let (here, slope) = self.pressure_and_slope::<true>(alpha);
             if here < pressure {
@@ -93,11 +93,10 @@ impl F64Newton {
             } else {
                 high = alpha;
             }
-            let next = (alpha - (here - pressure) / slope).max(low).min(high);
+            let next = within(alpha - (here - pressure) / slope, low, high);
             let step = (next - alpha).abs();
             alpha = next;
-            // A NaN, which only the smallest subnormal numbers could give, ends it too.
-            if step.is_nan() || step <= LAST_STEP * alpha {
+            if step <= LAST_STEP * alpha {
                 break;
             }
         }
@@ -129,16 +128,12 @@ impl Method for F64Newton {
     }
 
     fn bend_from_pressure(&self, pressure: f64) -> f64 {
-        // Not `min`, which would turn a NaN into the limit.
-        let pressure = if pressure > PRESSURE_LIMIT_KPA { PRESSURE_LIMIT_KPA } else { pressure };
-        self.solve(pressure, BEND_LIMIT_DEG)
+        self.solve(within(pressure, 0.0, PRESSURE_LIMIT_KPA), BEND_LIMIT_DEG)
     }
 
     fn pressure_from_bend(&self, bend: f64) -> f64 {
-        if bend.is_nan() || bend <= 0.0 {
-            return 0.0;
-        }
-        self.pressure_and_slope::<false>(bend.min(BEND_LIMIT_DEG).to_radians()).0
+        // At 0 every term is 0.
+        self.pressure_and_slope::<false>(within(bend, 0.0, BEND_LIMIT_DEG).to_radians()).0
     }
 }
 

@@ -119,6 +119,12 @@ const BEND_LIMIT_DEG: f64 = 170.0;
 /// short of the pole.
 const TABLE_LIMIT_DEG: f64 = 179.5;
 
+/// `value` inside `low`..`high`; a NaN gives `low`. By comparisons, because a Cortex-M4F has no instructions for a float's `min`
+/// and `max`, and calls functions for them.
+fn within<Float: PartialOrd>(value: Float, low: Float, high: Float) -> Float {
+    if value > low { if value < high { value } else { high } } else { low }
+}
+
 /// k, c1 and c2 in kPa, exact.
 fn coefficients_kpa(coefficients: &Coefficients) -> [f64; 3] {
     [coefficients.k(), coefficients.c1(), coefficients.c2()].map(|c| f64::from(c.to_bits()) / f64::from(1 << 24))
