@@ -4,7 +4,9 @@
 //! wrong, a folder that cannot be written to among it.
 
 use crate::eval::{self, EvalError, Function};
+use crate::methods::{self, Entry};
 use crate::metrics::{Summary, summarise};
+use crate::pareto;
 use crate::report::{self, Folder};
 use crate::simulate::{Program, Run};
 use crate::trace::Trace;
@@ -15,7 +17,7 @@ use model_core::calibration;
 use model_core::sequence::{self, library};
 use model_core::units::{CoefficientError, Coefficients, Pressure};
 use std::io::{IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The command line.
 #[derive(Debug, Parser)]
@@ -38,10 +40,22 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Compares the ways to compute the model: error, time on this host, state; writes table and pictures.
+    Pareto {
+        /// Where table and pictures go.
+        #[arg(long, value_name = "DIR", default_value = "target/pareto")]
+        out: PathBuf,
+        /// Prints the figures as JSON.
+        #[arg(long)]
+        json: bool,
+    },
     /// Evaluates the controller's fixed-point model: a number a line on stdin, a result a line on stdout.
     Eval {
         /// Which direction.
         function: Function,
+        /// Another way to compute it, by its name in `pareto`; the controller's own otherwise.
+        #[arg(long, value_name = "METHOD", value_parser = methods::find)]
+        method: Option<Entry>,
         /// Coefficients of the model in kPa; the fitted ones otherwise.
         #[arg(long, value_name = "K,C1,C2", value_parser = coefficients, allow_hyphen_values = true)]
         calibration: Option<Coefficients>,
@@ -162,8 +176,9 @@ fn execute(arguments: Arguments, on_elf: Option<OnElf>) -> u8 {
         None => run(&arguments.run, on_elf),
         Some(Command::Run(run_arguments)) => run(&run_arguments, on_elf),
         Some(Command::List { json }) => list(json),
-        Some(Command::Eval { function, calibration, json }) => {
-            evaluate(function, calibration.unwrap_or(calibration::DEFAULT), json)
+        Some(Command::Pareto { out, json }) => pareto(&out, json),
+        Some(Command::Eval { function, method, calibration, json }) => {
+            evaluate(function, method, calibration.unwrap_or(calibration::DEFAULT), json)
         }
     };
     match outcome {
@@ -323,9 +338,16 @@ fn list(json: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-fn evaluate(function: Function, coefficients: Coefficients, json: bool) -> Result<(), Failure> {
+fn pareto(out: &Path, json: bool) -> Result<(), Failure> {
+    let folder = Folder::prepare(out).map_err(|error| Failure::Input(format!("{error:#}")))?;
+    print(&pareto::inverse::run(json, &folder)?)?;
+    Ok(())
+}
+
+fn evaluate(function: Function, method: Option<Entry>, coefficients: Coefficients, json: bool) -> Result<(), Failure> {
     let mut output = std::io::BufWriter::new(std::io::stdout().lock());
-    match eval::filter(function, &coefficients, json, std::io::stdin().lock(), &mut output) {
+    let evaluator = eval::Evaluator::new(method, &coefficients);
+    match eval::filter(function, &evaluator, json, std::io::stdin().lock(), &mut output) {
         Ok(()) => Ok(()),
         Err(EvalError::Line(message)) => Err(Failure::Input(message)),
         Err(EvalError::Io(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),

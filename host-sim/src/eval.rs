@@ -1,6 +1,8 @@
-//! The core's fixed-point model as a filter: a number a line in, a result a line out.
+//! The core's fixed-point model, or another way to compute it, as a filter: a number a line in, a result a line out.
 
+use crate::methods::{Direction, Entry, Prepared};
 use model_core::inverse::{bend_from_pressure, pressure_from_bend};
+use model_core::methods::Representation;
 use model_core::units::{Bend, Coefficients, Pressure};
 use std::io::{BufRead, BufReader, Read, Write};
 
@@ -14,11 +16,10 @@ pub enum Function {
 }
 
 impl Function {
-    /// The core's result; `input` within the range of I16F16.
-    fn apply(self, coefficients: &Coefficients, input: f64) -> f64 {
+    const fn direction(self) -> Direction {
         match self {
-            Self::AngleFromPressure => bend_from_pressure(coefficients, Pressure::from_f64_kpa(input)).to_f64(),
-            Self::PressureFromAngle => pressure_from_bend(coefficients, Bend::from_f64_deg(input)).to_f64(),
+            Self::AngleFromPressure => Direction::BendFromPressure,
+            Self::PressureFromAngle => Direction::PressureFromBend,
         }
     }
 
@@ -27,6 +28,46 @@ impl Function {
         match self {
             Self::AngleFromPressure => ["pressure_kpa", "bend_deg"],
             Self::PressureFromAngle => ["bend_deg", "pressure_kpa"],
+        }
+    }
+}
+
+/// What evaluates: the core's own functions, or a method with its representation.
+pub struct Evaluator {
+    coefficients: Coefficients,
+    method: Option<(Box<dyn Prepared>, Representation)>,
+}
+
+impl Evaluator {
+    /// The core's own functions where no method is asked for.
+    #[must_use]
+    pub fn new(method: Option<Entry>, coefficients: &Coefficients) -> Self {
+        Self {
+            coefficients: *coefficients,
+            method: method.map(|entry| ((entry.prepare)(coefficients), entry.representation)),
+        }
+    }
+
+    /// The result, written so that it reads back as the same number.
+    fn apply(&self, function: Function, input: f64) -> String {
+        match &self.method {
+            None => exact(match function {
+                Function::AngleFromPressure => {
+                    bend_from_pressure(&self.coefficients, Pressure::from_f64_kpa(input)).to_f64()
+                }
+                Function::PressureFromAngle => {
+                    pressure_from_bend(&self.coefficients, Bend::from_f64_deg(input)).to_f64()
+                }
+            }),
+            Some((method, representation)) => {
+                let result = method.evaluate(function.direction(), input);
+                match representation {
+                    Representation::Fixed => exact(result),
+                    // The shortest digits that read back as this float.
+                    Representation::F32 => format!("{:?}", result as f32),
+                    Representation::F64 => format!("{result:?}"),
+                }
+            }
         }
     }
 }
@@ -86,7 +127,7 @@ fn number(line: usize, bytes: &[u8]) -> Result<f64, EvalError> {
 /// The first line that is not a finite number within the range of I16F16, or a failed read or write.
 pub fn filter(
     function: Function,
-    coefficients: &Coefficients,
+    evaluator: &Evaluator,
     json: bool,
     input: impl Read,
     output: &mut impl Write,
@@ -109,7 +150,7 @@ pub fn filter(
                 return Err(error);
             }
         };
-        let result = exact(function.apply(coefficients, value));
+        let result = evaluator.apply(function, value);
         if json {
             writeln!(output, "{{\"{from}\":{value:?},\"{to}\":{result}}}")?;
         } else {

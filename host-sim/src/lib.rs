@@ -3,7 +3,9 @@
 pub mod cli;
 pub mod eval;
 pub mod mechanics;
+pub mod methods;
 pub mod metrics;
+pub mod pareto;
 pub mod plant;
 pub mod report;
 pub mod simulate;

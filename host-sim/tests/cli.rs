@@ -33,6 +33,35 @@ fn eval_answers_a_line_for_a_line_and_inverts_itself() {
 }
 
 #[test]
+fn eval_with_a_method_answers_in_that_methods_digits() {
+    // 60 kPa bends the default finger by 70.696249461 degrees (50 digits of mpmath: 70.6962494611...).
+    for (method, within) in [("fixed-newton", 1.6e-5), ("f32-newton-native", 3e-5), ("f64-newton", 1e-9)] {
+        let output = host_sim(&["eval", "angle-from-pressure", "--method", method], "60\n");
+        assert!(output.status.success(), "{method}: {}", text(&output.stderr));
+        let bend: f64 = text(&output.stdout).trim().parse().expect("a number");
+        assert!((bend - 70.696_249_461).abs() < within, "{method}: {bend}");
+    }
+    let own = text(&host_sim(&["eval", "angle-from-pressure"], "60\n").stdout);
+    assert_eq!(own, text(&host_sim(&["eval", "angle-from-pressure", "--method", "fixed-newton"], "60\n").stdout));
+}
+
+#[test]
+fn pareto_prints_json_and_leaves_its_files() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().to_str().expect("UTF-8");
+    let output = host_sim(&["pareto", "--json", "--out", out], "");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON and nothing else");
+    let rows = json["report"]["rows"].as_array().expect("rows");
+    assert!(rows.iter().any(|row| row["method"] == "f64-newton" && row["max_error_working_deg"].is_number()));
+    for name in
+        ["pareto-bend-from-pressure.svg", "pareto-pressure-from-bend.svg", "pareto-inverse.csv", "hard-cases.md"]
+    {
+        assert!(folder.path().join(name).exists(), "{name}");
+    }
+}
+
+#[test]
 fn a_bad_line_is_named_after_the_earlier_ones_are_answered() {
     let output = host_sim(&["eval", "angle-from-pressure"], "30\n60\nsixty\n90\n");
     assert_eq!(output.status.code(), Some(2));
@@ -48,6 +77,11 @@ fn bad_arguments_name_the_value_and_the_limit() {
         (vec!["run", "--setpoints", "60,151,60"], vec!["151", "150 kPa"]),
         (vec!["run", "--setpoints", "60,60"], vec!["2 values"]),
         (vec!["eval", "angle-from-pressure", "--calibration", "0,4,0.3"], vec!["C1", "5..=40"]),
+        (
+            vec!["eval", "angle-from-pressure", "--method", "guess"],
+            vec!["guess", "fixed-newton", "f64-newton", "minimax"],
+        ),
+        (vec!["pareto", "--out", "Cargo.toml/below"], vec!["Cargo.toml/below", "--out"]),
         (vec!["--seed", "3", "run"], vec!["--seed"]),
         (vec!["run", "--tempo", "3"], vec!["--tempo"]),
         (vec!["run", "--out", "Cargo.toml/below"], vec!["Cargo.toml/below", "--out"]),
