@@ -9,16 +9,21 @@
 
 pub mod bench;
 pub mod board;
+pub mod counted;
+pub mod footprint;
 #[allow(missing_docs)]
 mod machine;
 #[allow(missing_docs)]
 mod peripheral;
+pub mod pareto;
 mod rtt;
 pub mod simulate;
 pub mod time;
 
 pub use bench::Bench;
 pub use board::{Board, Pin};
+pub use counted::{Counted, counted_elf};
+pub use footprint::Footprint;
 pub use machine::Halt;
 pub use model_core::protocol::ResetCause;
 

@@ -1,0 +1,175 @@
+//! Calls on the emulated core: instructions, and whether the results are the host's to the last bit.
+
+use super::samples::{domain_end, even, hard, working_end};
+use super::{Direction, calibrations};
+use crate::counted::{Arguments, Counted, Outcome};
+use anyhow::{Context, Result, ensure};
+use core::f64::consts::PI;
+use model_core::methods::{Method, Quantity, Representation};
+use model_core::units::Coefficients;
+
+/// Inputs in the working range of the default calibration; the whole domain gets half, other calibrations an eighth.
+const SAMPLES: u32 = 2000;
+
+/// One direction's instructions.
+#[derive(Clone, Debug, Default)]
+pub struct Cost {
+    /// Mean over the working range, evenly, with the default calibration.
+    pub mean: f64,
+    /// Worst over the whole domain and all calibrations.
+    pub worst: u64,
+    /// Worst preparation over all calibrations.
+    pub prepare_worst: u64,
+    /// Calls that all of this comes from.
+    pub calls: u64,
+    /// How many of them gave another result than the host.
+    pub differ: u64,
+    /// The first of those, for people.
+    pub first_difference: Option<String>,
+}
+
+/// A method's functions in the ELF.
+pub struct Function {
+    direction: Direction,
+    function: crate::counted::Function,
+    state: u32,
+}
+
+/// The value in the register that it travels in.
+fn passed<Q: Quantity>(state: u32, value: Q) -> Arguments {
+    let value = value.to_f64();
+    let (bits, float) = match Q::REPRESENTATION {
+        Representation::Fixed => (((value * 65_536.0) as i32).cast_unsigned(), 0),
+        Representation::F32 => (0, u64::from((value as f32).to_bits())),
+        Representation::F64 => (0, value.to_bits()),
+    };
+    Arguments { core: [state, bits, 0, 0], float }
+}
+
+/// The value that a function has left.
+fn returned<Q: Quantity>(outcome: &Outcome) -> f64 {
+    match Q::REPRESENTATION {
+        Representation::Fixed => f64::from(outcome.core[0].cast_signed()) / 65_536.0,
+        Representation::F32 => f64::from(f32::from_bits(outcome.float as u32)),
+        Representation::F64 => f64::from_bits(outcome.float),
+    }
+}
+
+impl Function {
+    /// Result on the emulated core, result on the host, instructions.
+    ///
+    /// # Errors
+    /// When the function fails on the emulated core.
+    pub fn both<M: Method>(&self, counted: &mut Counted, method: &M, input: f64) -> Result<(f64, f64, u64)> {
+        let (arguments, host) = match self.direction {
+            Direction::Bend => {
+                let input = M::Pressure::from_f64(input);
+                (passed(self.state, input), method.bend_from_pressure(input).to_f64())
+            }
+            Direction::Pressure => {
+                let input = M::Bend::from_f64(input);
+                (passed(self.state, input), method.pressure_from_bend(input).to_f64())
+            }
+        };
+        let outcome = counted.call(self.function, &arguments)?;
+        let emulated = match self.direction {
+            Direction::Bend => returned::<M::Bend>(&outcome),
+            Direction::Pressure => returned::<M::Pressure>(&outcome),
+        };
+        Ok((emulated, host, outcome.instructions))
+    }
+}
+
+/// Prepares a method on the emulated core; returns the instructions that it takes.
+fn prepare(id: &str, counted: &mut Counted, state: u32, coefficients: &Coefficients) -> Result<u64> {
+    let prepare = counted.function(&format!("prepare_{id}"))?;
+    let [k, c1, c2] = [coefficients.k(), coefficients.c1(), coefficients.c2()].map(|c| c.to_bits().cast_unsigned());
+    let outcome = counted.call(prepare, &Arguments { core: [state, k, c1, c2], float: 0 })?;
+    ensure!(outcome.core[0] == 1, "prepare_{id} refuses {coefficients:?}");
+    Ok(outcome.instructions)
+}
+
+/// Measures one direction of a method; returns the state's size in bytes as well.
+///
+/// # Errors
+/// When `counted` lacks one of its functions, or one of them fails on the emulated core.
+pub fn cost<M: Method>(id: &str, direction: Direction, counted: &mut Counted) -> Result<(Cost, u32)> {
+    let layout = counted.function(&format!("layout_{id}"))?;
+    let [bytes, alignment] = counted.call(layout, &Arguments::default())?.core;
+    let state = counted.room(bytes, alignment)?;
+    let function = counted.function(&format!("{}_{id}", direction.name()))?;
+    let function = Function { direction, function, state };
+    let (mut cost, mut sum) = (Cost::default(), 0);
+    for (index, coefficients) in calibrations().iter().enumerate() {
+        cost.prepare_worst = cost.prepare_worst.max(prepare(id, counted, state, coefficients)?);
+        let method = M::prepare(coefficients);
+        let count = if index == 0 { SAMPLES } else { SAMPLES / 8 };
+        let working = even(count, working_end(direction, &coefficients.to_f64_kpa()));
+        let domain = domain_end(direction);
+        // Below zero and beyond the domain there are answers too.
+        let edges = [-1.0 / 65_536.0, -50.0, domain + 1.0];
+        let rest = even(count / 2, domain).chain(hard(count / 5, domain)).chain(edges);
+        let inputs = working.map(|input| (input, index == 0)).chain(rest.map(|input| (input, false)));
+        for (input, in_mean) in inputs {
+            let call = function.both(counted, &method, input);
+            let (emulated, host, instructions) =
+                call.with_context(|| format!("{} {} of {input} with {coefficients:?}", M::NAME, direction.name()))?;
+            cost.calls += 1;
+            cost.worst = cost.worst.max(instructions);
+            if in_mean {
+                sum += instructions;
+            }
+            let same = emulated.to_bits() == host.to_bits() || emulated.is_nan() && host.is_nan();
+            if !same {
+                cost.differ += 1;
+                cost.first_difference.get_or_insert_with(|| {
+                    format!("{emulated} on the emulated core, {host} on the host for {input} with {coefficients:?}")
+                });
+            }
+        }
+    }
+    cost.mean = sum as f64 / f64::from(SAMPLES);
+    Ok((cost, bytes))
+}
+
+/// The reference function: idsp's sine and cosine, an angle to both of them.
+#[derive(Clone, Debug)]
+pub struct Cossin {
+    /// Worst over the calls.
+    pub instructions_worst: u64,
+    /// Mean over the calls.
+    pub instructions_mean: f64,
+    /// Worst error of either output, of full scale.
+    pub max_error_full_scale: f64,
+    /// Whether the host computed the same for all.
+    pub differ: u64,
+}
+
+/// Counts [`idsp::cossin`] over the circle, and measures its error on the host.
+///
+/// # Errors
+/// When the function fails on the emulated core.
+pub fn cossin(counted: &mut Counted) -> Result<Cossin> {
+    /// Phases on the emulated core, and how many between two of them on the host.
+    const CALLS: u32 = 1 << 12;
+    const DENSITY: u32 = 1 << 8;
+    let function = counted.function("cossin")?;
+    let mut figures = Cossin { instructions_worst: 0, instructions_mean: 0.0, max_error_full_scale: 0.0, differ: 0 };
+    for index in 0..CALLS * DENSITY {
+        // Odd steps through the circle, so that the low bits of the phase vary.
+        let phase = index.wrapping_mul(u32::MAX / (CALLS * DENSITY)).cast_signed();
+        let host = idsp::cossin(phase);
+        let (sin, cos) = (f64::from(phase) / 2_f64.powi(31) * PI).sin_cos();
+        let errors = [f64::from(host.0) / 2_f64.powi(31) - cos, f64::from(host.1) / 2_f64.powi(31) - sin];
+        let error = errors.into_iter().map(f64::abs).fold(0.0, f64::max);
+        figures.max_error_full_scale = figures.max_error_full_scale.max(error);
+        if index % DENSITY == 0 {
+            let core = [phase.cast_unsigned(), 0, 0, 0];
+            let outcome = counted.call(function, &Arguments { core, float: 0 })?;
+            figures.instructions_worst = figures.instructions_worst.max(outcome.instructions);
+            figures.instructions_mean += outcome.instructions as f64 / f64::from(CALLS);
+            figures.differ += u64::from(outcome.core.map(u32::cast_signed) != [host.0, host.1]);
+        }
+    }
+    Ok(figures)
+}
