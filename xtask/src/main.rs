@@ -3,6 +3,8 @@
 mod elf;
 mod firmware;
 mod image;
+mod markers;
+mod pareto;
 mod steps;
 mod toolchain;
 
@@ -44,6 +46,15 @@ enum Chore {
         #[arg(last = true)]
         arguments: Vec<std::ffi::OsString>,
     },
+    /// Measures all ways to compute the model: errors on the host, instructions and flash on the emulated Cortex-M4.
+    Pareto {
+        /// Prints JSON.
+        #[arg(long)]
+        json: bool,
+        /// Renews the baseline docs/figures/pareto.json, the pictures in docs/images, and the documents' tables.
+        #[arg(long)]
+        write: bool,
+    },
     /// Makes the pictures that the README shows anew, from a run of the simulator.
     Pictures,
 }
@@ -57,6 +68,7 @@ fn main() -> std::process::ExitCode {
         Chore::Firmware { json } => firmware::build_and_report(json),
         Chore::Figures { json } => elf::figures(json),
         Chore::Elf { from, arguments } => return elf::run(from, &arguments),
+        Chore::Pareto { json, write } => pareto::pareto(json, write),
         Chore::Pictures => steps::pictures(),
     };
     match outcome {

@@ -1,6 +1,6 @@
 //! Chores of several steps, each announced and timed.
 
-use crate::{command, elf, firmware, root, run, toolchain};
+use crate::{command, elf, firmware, pareto, root, run, toolchain};
 use anyhow::{Context, Result, ensure};
 use std::fs;
 use std::time::Instant;
@@ -10,7 +10,7 @@ type Step = (&'static str, fn() -> Result<()>);
 
 /// Everything that must hold before a change is accepted.
 pub fn test() -> Result<()> {
-    let steps: [Step; 11] = [
+    let steps: [Step; 12] = [
         ("toolchains", || {
             toolchain::set_up_emulator()?;
             toolchain::set_up().map(|route| println!("{route}"))
@@ -23,6 +23,7 @@ pub fn test() -> Result<()> {
             run(command("cargo").args(["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))
         }),
         ("firmware and its size", || firmware::build_and_report(false)),
+        ("figures against the baseline", pareto::gate),
         // Optimised: a minute of the board's time is three hundred million instructions.
         ("firmware on the emulated board", || cargo(&["test", "--release", "--package", "emulated-board"])),
         ("firmware's figures", || elf::figures(false)),

@@ -149,6 +149,16 @@ impl Counted {
         })
     }
 
+    /// The halfword at an address in flash or RAM.
+    ///
+    /// # Errors
+    /// When there is no memory.
+    pub fn halfword(&self, address: u32) -> Result<u16> {
+        let mut bytes = [0; 2];
+        self.uc.mem_read(u64::from(address), &mut bytes).map_err(engine)?;
+        Ok(u16::from_le_bytes(bytes))
+    }
+
     /// The call again, slowly: every instruction's address, in order, and every address in flash that was read.
     ///
     /// # Errors
@@ -185,7 +195,7 @@ impl Counted {
 /// What one call did, step by step.
 #[derive(Clone, Debug, Default)]
 pub struct Trace {
-    /// Addresses of the instructions, in order.
+    /// Addresses of the instructions, in order, without those that an IT block has skipped.
     pub instructions: Vec<u32>,
     /// Addresses in flash that were read as data.
     pub reads: Vec<u32>,

@@ -3,8 +3,8 @@
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use object::elf::{
-    R_ARM_ABS32, R_ARM_NONE, R_ARM_PREL31, R_ARM_REL32, R_ARM_THM_PC22, R_ARM_THM_JUMP19, R_ARM_THM_JUMP24,
-    R_ARM_THM_MOVT_ABS, R_ARM_THM_MOVW_ABS_NC,
+    R_ARM_ABS32, R_ARM_NONE, R_ARM_PREL31, R_ARM_REL32, R_ARM_THM_JUMP19, R_ARM_THM_JUMP24, R_ARM_THM_MOVT_ABS,
+    R_ARM_THM_MOVW_ABS_NC, R_ARM_THM_PC22,
 };
 use object::read::elf::{ElfFile32, ElfSymbol32};
 use object::{Object, ObjectSection, ObjectSymbol, RelocationFlags, RelocationTarget, SectionKind, SymbolKind};

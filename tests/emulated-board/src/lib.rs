@@ -13,9 +13,9 @@ pub mod counted;
 pub mod footprint;
 #[allow(missing_docs)]
 mod machine;
+pub mod pareto;
 #[allow(missing_docs)]
 mod peripheral;
-pub mod pareto;
 mod rtt;
 pub mod simulate;
 pub mod time;

@@ -38,6 +38,7 @@ fn main() -> Result<()> {
         let reference = json!({
             "function": "idsp::cossin",
             "max_error_full_scale": four_digits(cossin.max_error_full_scale),
+            "max_error_own_scale": four_digits(cossin.max_error_own_scale),
             "instructions_cortex_m4_mean": (cossin.instructions_mean * 10.0).round() / 10.0,
             "instructions_cortex_m4_worst": cossin.instructions_worst,
             "flash_code_bytes": footprint.of("cossin")?.code,
@@ -50,8 +51,12 @@ fn main() -> Result<()> {
             table(direction, &figures);
         }
         println!(
-            "idsp::cossin: {:.1} instructions in the mean, {} at the worst, worst error {:.2e} of full scale",
-            cossin.instructions_mean, cossin.instructions_worst, cossin.max_error_full_scale
+            "idsp::cossin: {:.1} instructions in the mean, {} at the worst, worst error {:.1e} of 2^31, {:.1e} of its \
+             own amplitude",
+            cossin.instructions_mean,
+            cossin.instructions_worst,
+            cossin.max_error_full_scale,
+            cossin.max_error_own_scale
         );
     }
     for figure in &figures {

@@ -30,9 +30,7 @@ pub fn working_end(direction: Direction, coefficients: &[f64; 3]) -> f64 {
 pub fn model(direction: Direction, coefficients: &[f64; 3], input: f64) -> f64 {
     match direction {
         Direction::Bend => angle_from_pressure_deg(coefficients, input).min(BEND_LIMIT.to_f64()),
-        Direction::Pressure => {
-            pressure_from_angle_kpa(coefficients, input.min(BEND_LIMIT.to_f64())).min(LARGEST)
-        }
+        Direction::Pressure => pressure_from_angle_kpa(coefficients, input.min(BEND_LIMIT.to_f64())).min(LARGEST),
     }
 }
 
