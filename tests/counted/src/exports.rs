@@ -90,10 +90,14 @@ extern "C" fn cossin(phase: i32) -> u64 {
 #[cortex_m_rt::entry]
 fn main() -> ! {
     black_box(KEPT);
-    loop {}
+    loop {
+        core::hint::spin_loop();
+    }
 }
 
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
-    loop {}
+    loop {
+        core::hint::spin_loop();
+    }
 }

@@ -2,7 +2,7 @@
 
 use super::samples::{domain_end, even, hard, working_end};
 use super::{Direction, calibrations};
-use crate::counted::{Arguments, Counted, Outcome};
+use crate::counted::{Arguments, Counted, Function, Outcome};
 use anyhow::{Context, Result, ensure};
 use core::f64::consts::PI;
 use model_core::methods::{Method, Quantity, Representation};
@@ -28,10 +28,10 @@ pub struct Cost {
     pub first_difference: Option<String>,
 }
 
-/// A method's functions in the ELF.
-pub struct Function {
+/// One direction of a method in the ELF.
+struct Callee {
     direction: Direction,
-    function: crate::counted::Function,
+    address: Function,
     state: u32,
 }
 
@@ -55,12 +55,9 @@ fn returned<Q: Quantity>(outcome: &Outcome) -> f64 {
     }
 }
 
-impl Function {
+impl Callee {
     /// Result on the emulated core, result on the host, instructions.
-    ///
-    /// # Errors
-    /// When the function fails on the emulated core.
-    pub fn both<M: Method>(&self, counted: &mut Counted, method: &M, input: f64) -> Result<(f64, f64, u64)> {
+    fn both<M: Method>(&self, counted: &mut Counted, method: &M, input: f64) -> Result<(f64, f64, u64)> {
         let (arguments, host) = match self.direction {
             Direction::Bend => {
                 let input = M::Pressure::from_f64(input);
@@ -71,7 +68,7 @@ impl Function {
                 (passed(self.state, input), method.pressure_from_bend(input).to_f64())
             }
         };
-        let outcome = counted.call(self.function, &arguments)?;
+        let outcome = counted.call(self.address, &arguments)?;
         let emulated = match self.direction {
             Direction::Bend => returned::<M::Bend>(&outcome),
             Direction::Pressure => returned::<M::Pressure>(&outcome),
@@ -97,8 +94,8 @@ pub fn cost<M: Method>(id: &str, direction: Direction, counted: &mut Counted) ->
     let layout = counted.function(&format!("layout_{id}"))?;
     let [bytes, alignment] = counted.call(layout, &Arguments::default())?.core;
     let state = counted.room(bytes, alignment)?;
-    let function = counted.function(&format!("{}_{id}", direction.name()))?;
-    let function = Function { direction, function, state };
+    let address = counted.function(&format!("{}_{id}", direction.name()))?;
+    let callee = Callee { direction, address, state };
     let (mut cost, mut sum) = (Cost::default(), 0);
     for (index, coefficients) in calibrations().iter().enumerate() {
         cost.prepare_worst = cost.prepare_worst.max(prepare(id, counted, state, coefficients)?);
@@ -111,7 +108,7 @@ pub fn cost<M: Method>(id: &str, direction: Direction, counted: &mut Counted) ->
         let rest = even(count / 2, domain).chain(hard(count / 5, domain)).chain(edges);
         let inputs = working.map(|input| (input, index == 0)).chain(rest.map(|input| (input, false)));
         for (input, in_mean) in inputs {
-            let call = function.both(counted, &method, input);
+            let call = callee.both(counted, &method, input);
             let (emulated, host, instructions) =
                 call.with_context(|| format!("{} {} of {input} with {coefficients:?}", M::NAME, direction.name()))?;
             cost.calls += 1;

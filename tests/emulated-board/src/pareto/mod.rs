@@ -6,7 +6,7 @@ mod calls;
 mod samples;
 
 pub use accuracy::{Accuracy, Truth};
-pub use calls::{Cost, Function, cossin, cost};
+pub use calls::{Cossin, Cost, cossin, cost};
 
 use crate::counted::Counted;
 use crate::footprint::{Bytes, Footprint};
