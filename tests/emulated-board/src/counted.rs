@@ -15,9 +15,9 @@ const RETURN: u32 = FLASH + FLASH_BYTES - 16;
 /// Where the caller's own data begins; the stack comes down from the RAM's end.
 const DATA: u32 = RAM + 0x1000;
 /// Most that [`Counted::room`] gives: the rest is stack.
-const DATA_END: u32 = RAM + RAM_BYTES / 2;
-/// A call that takes more than this has lost its way.
-const MOST_INSTRUCTIONS: u64 = 10_000_000;
+const DATA_END: u32 = RAM + RAM_BYTES / 4 * 3;
+/// A call that takes more than this has lost its way, unless [`Counted::set_limit`] says otherwise.
+const MOST_INSTRUCTIONS: u64 = 1_000_000_000;
 
 /// `counted` as `cargo xtask pareto` leaves it.
 ///
@@ -33,6 +33,7 @@ pub fn counted_elf() -> Result<Vec<u8>> {
 #[derive(Default)]
 struct Seen {
     instructions: u64,
+    limit: u64,
     /// Of each block, by its halfword's number in flash: bytes << 16 | instructions.
     blocks: Vec<u32>,
     /// First trouble of the call.
@@ -107,11 +108,16 @@ impl Counted {
         Ok(at)
     }
 
+    /// The instructions after which a call is given up; a thousand million at first.
+    pub fn set_limit(&mut self, instructions: u64) {
+        self.uc.get_data_mut().limit = instructions;
+    }
+
     /// Calls a function.
     ///
     /// # Errors
     /// An access outside flash and RAM, an exception, an instruction that the core does not have, or no return within
-    /// ten million instructions; each names the address.
+    /// the limit; each names the address.
     pub fn call(&mut self, function: Function, arguments: &Arguments) -> Result<Outcome> {
         self.enter(function, arguments).map_err(engine)?;
         let ended = self.uc.emu_start(u64::from(function.0 | 1), u64::from(RETURN), 0, 0);
@@ -195,7 +201,8 @@ impl Counted {
 /// What one call did, step by step.
 #[derive(Clone, Debug, Default)]
 pub struct Trace {
-    /// Addresses of the instructions, in order, without those that an IT block has skipped.
+    /// Addresses of the instructions, in order. The engine leaves out those that an IT block skips, and now and then
+    /// another one.
     pub instructions: Vec<u32>,
     /// Addresses in flash that were read as data.
     pub reads: Vec<u32>,
@@ -203,7 +210,7 @@ pub struct Trace {
 
 /// A core with flash and RAM, and the hooks that count.
 fn core(segments: &[(u32, Vec<u8>)]) -> Result<Unicorn<'static, Seen>, uc_error> {
-    let seen = Seen { blocks: vec![0; FLASH_BYTES as usize / 2], ..Seen::default() };
+    let seen = Seen { blocks: vec![0; FLASH_BYTES as usize / 2], limit: MOST_INSTRUCTIONS, ..Seen::default() };
     let mut uc = Unicorn::new_with_data(Arch::ARM, Mode::THUMB | Mode::MCLASS, seen)?;
     uc.ctl_set_cpu_model(ArmCpuModel::CORTEX_M4 as i32)?;
     uc.mem_map(u64::from(FLASH), u64::from(FLASH_BYTES), Prot::READ | Prot::EXEC)?;
@@ -244,8 +251,9 @@ fn block(uc: &mut Unicorn<'_, Seen>, address: u64, size: u32) {
     };
     let seen = uc.get_data_mut();
     seen.instructions += u64::from(count);
-    if seen.instructions > MOST_INSTRUCTIONS {
-        seen.trouble.get_or_insert(format!("no return after {MOST_INSTRUCTIONS} instructions, at {address:#010x}"));
+    if seen.instructions > seen.limit {
+        let trouble = format!("no return after {} instructions, at {address:#010x}", seen.limit);
+        seen.trouble.get_or_insert(trouble);
         let _ = uc.emu_stop();
     }
 }

@@ -183,13 +183,13 @@ impl Footprint {
         Ok(pieces.map(|piece| (piece.name.as_str(), piece.bytes)).collect())
     }
 
-    /// Whether an address lies in what a function reaches.
+    /// The first of the addresses that lies outside of what a function reaches.
     ///
     /// # Errors
     /// As [`Self::of`].
-    pub fn covers(&self, symbol: &str, address: u32) -> Result<bool> {
+    pub fn first_outside(&self, symbol: &str, mut addresses: impl Iterator<Item = u32>) -> Result<Option<u32>> {
         let reached = self.reached(symbol)?;
-        Ok(self.containing(address).is_some_and(|piece| reached.contains(&piece)))
+        Ok(addresses.find(|&address| !self.containing(address).is_some_and(|piece| reached.contains(&piece))))
     }
 }
 

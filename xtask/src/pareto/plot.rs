@@ -18,6 +18,10 @@ const FONT: i32 = 13;
 /// Resolution of I16F16.
 const OUTPUT_LSB: f64 = 1.0 / 65_536.0;
 
+/// Below this a mark lies on the picture's lower edge, and its label tells the error: a thousandth of the output's LSB
+/// is of no more use than a tenth.
+const FLOOR: f64 = 2e-8;
+
 /// Resolution of the sensors: 0.1 degree (BF350 with its amplifier), 1 kPa (ISE30A).
 const fn sensor(direction: Direction) -> (f64, &'static str) {
     match direction {
@@ -38,6 +42,11 @@ struct Place(i32, i32, i32, i32);
 impl Place {
     const fn around((x, y): (i32, i32), half: i32) -> Self {
         Self(x - half, y - half, x + half, y + half)
+    }
+
+    /// A line, level or upright, with a little air.
+    fn along(one: (i32, i32), other: (i32, i32)) -> Self {
+        Self(one.0.min(other.0) - 1, one.1.min(other.1) - 1, one.0.max(other.0) + 1, one.1.max(other.1) + 1)
     }
 
     const fn meets(&self, other: &Self) -> bool {
@@ -62,7 +71,7 @@ fn label_places(marks: &[((i32, i32), String)], taken: &[Place], bounds: Place) 
     for &((x, y), ref text) in marks {
         let (width, height) = text_size(text);
         let candidates = (0..40).flat_map(|ring| {
-            let away = 10 + ring * 7;
+            let away = 11 + ring * 5;
             let [right, left, middle] = [x + away.min(60), x - away.min(60) - width, x - width / 2];
             let [above, level, below] = [y - away - height / 2, y - height / 2, y + away - height / 2];
             [(right, level), (left, level), (middle, above), (middle, below)]
@@ -105,7 +114,7 @@ fn draw(
     entries: &[&Entry],
     front: &[&Entry],
 ) -> Result<()> {
-    let point = |entry: &Entry| (entry.instructions_mean.max(1.0), entry.max_error_working.max(1e-9));
+    let point = |entry: &Entry| (entry.instructions_mean.max(1.0), entry.max_error_working.max(FLOOR));
     let (sensor, sensor_name) = sensor(direction);
     let x = range(entries.iter().map(|entry| point(entry).0), 0.6, 2.5);
     let y = range(entries.iter().map(|entry| point(entry).1).chain([OUTPUT_LSB, sensor]), 0.3, 3.0);
@@ -144,7 +153,7 @@ fn draw(
         let (width, height) = text_size(&name);
         let place = Place(end.0 - width - 4, end.1 - height, end.0 - 4, end.1 - 1);
         write(area, &name, place, REFERENCE)?;
-        taken.push(place);
+        taken.extend([place, Place::along(chart.backend_coord(&(x.start, value)), end)]);
     }
 
     // From one to the next the line goes along what is already reached: right, then down.
@@ -155,10 +164,15 @@ fn draw(
         steps.push((across, down));
     }
     steps.extend(steps.last().map(|&(_, level)| (x.end, level)));
+    let corners: Vec<_> = steps.iter().map(|step| chart.backend_coord(step)).collect();
+    taken.extend(corners.windows(2).map(|ends| Place::along(ends[0], ends[1])));
     chart.draw_series(LineSeries::new(steps, FRONT.mix(0.6).stroke_width(2))).map_err(drawing)?;
 
-    let marks: Vec<_> =
-        entries.iter().map(|entry| (chart.backend_coord(&point(entry)), entry.method.clone())).collect();
+    let label = |entry: &Entry| {
+        let Entry { method, max_error_working: error, .. } = entry;
+        if *error < FLOOR { format!("{method}, {error:.0e}") } else { method.clone() }
+    };
+    let marks: Vec<_> = entries.iter().map(|entry| (chart.backend_coord(&point(entry)), label(entry))).collect();
     let places = label_places(&marks, &taken, bounds);
     for ((entry, &(mark, ref name)), place) in entries.iter().zip(&marks).zip(places) {
         let on_front = front.iter().any(|other| other.method == entry.method);

@@ -6,7 +6,7 @@ mod calls;
 mod samples;
 
 pub use accuracy::{Accuracy, Truth};
-pub use calls::{Cossin, Cost, cossin, cost};
+pub use calls::{Cossin, Cost, cossin, costs, passed, prepare, room};
 
 use crate::counted::Counted;
 use crate::footprint::{Bytes, Footprint};
@@ -105,8 +105,8 @@ pub fn measure<M: Method>(
         model_core::methods::Representation::F32 => "f32",
         model_core::methods::Representation::F64 => "f64",
     };
-    let figures = |direction: Direction, counted: &mut Counted| -> Result<Figures> {
-        let (cost, ram_bytes) = cost::<M>(id, direction, counted)?;
+    let ([bend, pressure], ram_bytes) = costs::<M>(id, counted)?;
+    let figures = |direction: Direction, cost: Cost| -> Result<Figures> {
         Ok(Figures {
             id,
             method: M::NAME,
@@ -120,7 +120,7 @@ pub fn measure<M: Method>(
             ram_bytes,
         })
     };
-    Ok([figures(Direction::Bend, counted)?, figures(Direction::Pressure, counted)?])
+    Ok([figures(Direction::Bend, bend)?, figures(Direction::Pressure, pressure)?])
 }
 
 impl Figures {
