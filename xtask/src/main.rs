@@ -54,6 +54,9 @@ enum Chore {
         /// Renews the baseline docs/figures/pareto.json, the pictures in docs/images, and the documents' tables.
         #[arg(long)]
         write: bool,
+        /// Compares with the baseline instead, and fails when a figure is worse.
+        #[arg(long, conflicts_with_all = ["json", "write"])]
+        check: bool,
     },
     /// Makes the pictures that the README shows anew, from a run of the simulator.
     Pictures,
@@ -68,7 +71,8 @@ fn main() -> std::process::ExitCode {
         Chore::Firmware { json } => firmware::build_and_report(json),
         Chore::Figures { json } => elf::figures(json),
         Chore::Elf { from, arguments } => return elf::run(from, &arguments),
-        Chore::Pareto { json, write } => pareto::pareto(json, write),
+        Chore::Pareto { check: true, .. } => pareto::gate(),
+        Chore::Pareto { json, write, .. } => pareto::pareto(json, write),
         Chore::Pictures => steps::pictures(),
     };
     match outcome {

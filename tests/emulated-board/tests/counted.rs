@@ -49,7 +49,7 @@ fn count(counted: &Counted, trace: &Trace) -> u64 {
         let (first, second) = (halfword(address), halfword(address + 2));
         match first >> 11 {
             // B with condition, B, BX and BLX, CBZ and CBNZ, POP with the PC.
-            0b11010 | 0b11011 | 0b11100 => true,
+            0b11010..=0b11100 => true,
             0b01000 => first & 0xFF00 == 0x4700,
             0b10110 | 0b10111 => first & 0xF500 == 0xB100 || first & 0xFF00 == 0xBD00,
             // B.W and BL; LDM with the PC; LDR to the PC; TBB and TBH.

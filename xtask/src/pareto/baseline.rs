@@ -23,10 +23,11 @@ struct Margin {
 }
 
 /// The margin of a figure by its name; `None` for what is no figure. Errors are computed on the host and should not
-/// move at all; instructions and sizes differ between the compilers of xtask's two routes.
+/// move at all, but for the last digits of the reference in f64 itself, which are those of the host's sine;
+/// instructions and sizes differ between the compilers of xtask's two routes.
 fn margin(name: &str) -> Option<Margin> {
     if name.starts_with("max_error") || name.starts_with("rms_error") {
-        Some(Margin { part: 0.01, amount: 0.0 })
+        Some(Margin { part: 0.01, amount: 1e-9 })
     } else if name.contains("instructions") {
         Some(Margin { part: 0.1, amount: 4.0 })
     } else if name.contains("flash") {
@@ -83,7 +84,7 @@ fn compare_figures(name: &str, old: &Map<String, Value>, new: &Map<String, Value
         };
         comparison.compared += 1;
         let allowed = was * (1.0 + part) + amount;
-        let line = || format!("{name}: {figure} is {is}, the baseline {was}, allowed up to {allowed:.6}");
+        let line = || format!("{name}: {figure} is {is}, the baseline {was}, allowed up to {}", readable(allowed));
         // Four digits are written: the last one may round either way.
         let rounding = 1.0 + 1e-9;
         if is > allowed * rounding {
@@ -95,6 +96,11 @@ fn compare_figures(name: &str, old: &Map<String, Value>, new: &Map<String, Value
     for figure in new.keys().filter(|figure| margin(figure).is_some() && !old.contains_key(*figure)) {
         comparison.worse.push(format!("{name}: {figure} is measured, but not in the baseline"));
     }
+}
+
+/// Whole numbers as they are, small ones with four digits.
+fn readable(value: f64) -> String {
+    if value < 1.0 { format!("{value:.3e}") } else { format!("{value:.1}") }
 }
 
 #[cfg(test)]
@@ -128,7 +134,7 @@ mod tests {
     #[test]
     fn each_figure_fails_just_beyond_its_margin() {
         let edges = [
-            ("max_error_deg", json!(1.0099e-5), json!(1.0101e-5)),
+            ("max_error_deg", json!(1.0099e-5), json!(1.0103e-5)),
             ("instructions_cortex_m4_worst", json!(1104), json!(1105)),
             ("prepare_instructions_cortex_m4", json!(26), json!(27)),
             ("flash_code_bytes", json!(2264), json!(2265)),
