@@ -3,7 +3,9 @@
 mod elf;
 mod firmware;
 mod image;
+mod markers;
 mod no_panic;
+mod pareto;
 mod steps;
 mod toolchain;
 
@@ -55,6 +57,18 @@ enum Chore {
         #[arg(last = true)]
         arguments: Vec<std::ffi::OsString>,
     },
+    /// Measures all ways to compute the model: errors on the host, instructions and flash on the emulated Cortex-M4.
+    Pareto {
+        /// Prints JSON.
+        #[arg(long)]
+        json: bool,
+        /// Renews the baseline docs/figures/pareto.json, the pictures in docs/images, and the documents' tables.
+        #[arg(long)]
+        write: bool,
+        /// Compares with the baseline instead, and fails when a figure is worse.
+        #[arg(long, conflicts_with_all = ["json", "write"])]
+        check: bool,
+    },
     /// Makes the pictures that the README shows anew, from a run of the simulator.
     Pictures,
 }
@@ -71,6 +85,8 @@ fn main() -> std::process::ExitCode {
         Chore::NoPanic => no_panic::check(),
         Chore::Truth => steps::cargo(&["run", "--quiet", "--package", "finger-tests", "--bin", "truth"]),
         Chore::Exhaustive { arguments } => steps::exhaustive(&arguments),
+        Chore::Pareto { check: true, .. } => pareto::gate(),
+        Chore::Pareto { json, write, .. } => pareto::pareto(json, write),
         Chore::Pictures => steps::pictures(),
     };
     match outcome {

@@ -1,6 +1,6 @@
 //! Chores of several steps, each announced and timed.
 
-use crate::{command, elf, firmware, no_panic, root, run, toolchain};
+use crate::{command, elf, firmware, no_panic, pareto, root, run, toolchain};
 use anyhow::{Context, Result, ensure};
 use std::ffi::OsString;
 use std::fs;
@@ -11,7 +11,7 @@ type Step = (&'static str, fn() -> Result<()>);
 
 /// Everything that must hold before a change is accepted.
 pub fn test() -> Result<()> {
-    let steps: [Step; 12] = [
+    let steps: [Step; 13] = [
         ("toolchains", || {
             toolchain::set_up_emulator()?;
             toolchain::set_up().map(|route| println!("{route}"))
@@ -25,6 +25,7 @@ pub fn test() -> Result<()> {
         }),
         ("firmware and its size", || firmware::build_and_report(false)),
         ("no panic path", no_panic::check),
+        ("figures against the baseline", pareto::gate),
         // Optimised: a minute of the board's time is three hundred million instructions.
         ("firmware on the emulated board", || cargo(&["test", "--release", "--package", "emulated-board"])),
         ("firmware's figures", || elf::figures(false)),

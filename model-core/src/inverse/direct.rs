@@ -179,9 +179,8 @@ impl Model {
                 index |= step;
             }
         }
-        let excess_on = |segment: &Segment| {
-            self.start(segment).wrapping_sub((pressure_q22 >> (segment.fewer_bits & 31)) as i32)
-        };
+        let excess_on =
+            |segment: &Segment| self.start(segment).wrapping_sub((pressure_q22 >> (segment.fewer_bits & 31)) as i32);
         let mut segment = &TABLE[index];
         let mut excess = excess_on(segment);
         let mut y = MIDDLE;

@@ -55,8 +55,7 @@ impl<const N: usize> Floating<N> {
         end: u32,
         most: i64,
     ) -> Self {
-        let mut table =
-            Self { end: 1, last: 0, octaves: [Octave::default(); 32], segments: [[0; COEFFICIENTS]; N] };
+        let mut table = Self { end: 1, last: 0, octaves: [Octave::default(); 32], segments: [[0; COEFFICIENTS]; N] };
         // The end of the last octave has one bit too many.
         let at = |input: u32| exact(u32::try_from(u64::from(input) << 8).unwrap_or(u32::MAX));
         let mut count = 0;
@@ -86,7 +85,8 @@ impl<const N: usize> Floating<N> {
                 // The Chebyshev-Lobatto points of the segment but its ends.
                 let near = ((u64::from(width << 8) * (ROOT_HALF_Q31 as u64)) >> 32) as u32;
                 let middle = (start << 8) + (width << 7);
-                *segment = quartic([left, exact(middle - near), exact(middle), exact(middle + near), right].map(scaled));
+                *segment =
+                    quartic([left, exact(middle - near), exact(middle), exact(middle + near), right].map(scaled));
                 left = right;
                 count += 1;
                 start += width;

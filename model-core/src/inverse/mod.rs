@@ -39,3 +39,216 @@ pub fn pressure_from_bend(coefficients: &Coefficients, bend: Bend) -> Pressure {
     let rounded = ((wide >> (q + 15)) + 1) >> 1;
     Pressure::from_bits(i32::try_from(rounded).unwrap_or(i32::MAX))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::methods::reference::{self, CALIBRATIONS, Limits};
+    use crate::methods::{FloatingQuartic, SegmentNewton};
+    use core::ops::RangeInclusive;
+    use fixed::types::I8F24;
+    use proptest::prelude::*;
+
+    const LSB: f64 = 1.0 / 65_536.0;
+    const DOMAIN_PRESSURE: i32 = 1000 << 16;
+    const DOMAIN_BEND: i32 = 170 << 16;
+
+    /// Both ways at one calibration, from bits to bits.
+    struct Ways {
+        coefficients: Coefficients,
+        tabulated: Tabulated,
+    }
+
+    impl Ways {
+        fn new(coefficients: Coefficients) -> Self {
+            Self { coefficients, tabulated: Tabulated::new(&coefficients) }
+        }
+
+        fn of((k, c1, c2): (f64, f64, f64)) -> Self {
+            Self::new(Coefficients::from_f64_kpa(k, c1, c2).unwrap())
+        }
+
+        fn bends(&self, bits: i32) -> [i32; 2] {
+            let pressure = Pressure::from_bits(bits);
+            [bend_from_pressure(&self.coefficients, pressure), self.tabulated.bend_from_pressure(pressure)]
+                .map(Bend::to_bits)
+        }
+
+        fn pressures(&self, bits: i32) -> [i32; 2] {
+            let bend = Bend::from_bits(bits);
+            [pressure_from_bend(&self.coefficients, bend), self.tabulated.pressure_from_bend(bend)]
+                .map(Pressure::to_bits)
+        }
+    }
+
+    /// Neither way's output falls over the inputs of `range` in order.
+    fn assert_never_falls(range: impl Iterator<Item = i32>, of: impl Fn(i32) -> [i32; 2]) {
+        let mut last = [i32::MIN; 2];
+        for bits in range {
+            let value = of(bits);
+            assert!(value[0] >= last[0] && value[1] >= last[1], "falls from {last:?} to {value:?} at {bits}");
+            last = value;
+        }
+    }
+
+    fn around(center: i32, radius: i32) -> RangeInclusive<i32> {
+        center.saturating_sub(radius)..=center.saturating_add(radius)
+    }
+
+    #[test]
+    fn errors_over_the_whole_domain() {
+        let limits = [Limits { bend_deg: 8e-5, pressure_kpa: 4e-4 }; 3];
+        reference::check::<SegmentNewton>(&limits);
+        reference::check::<FloatingQuartic>(&limits);
+    }
+
+    /// The design's target is 0.001 degree and 0.001 kPa.
+    #[test]
+    fn errors_over_the_working_range() {
+        let mut worst = [[0.0_f64; 2]; 2];
+        for calibration in CALIBRATIONS {
+            let ways = Ways::of(calibration);
+            let c = &ways.coefficients;
+            for bits in (1..3000).chain((1..=150 << 16).step_by(997)) {
+                let exact = reference::bend_deg(c, f64::from(bits) * LSB);
+                for (worst, found) in worst.iter_mut().zip(ways.bends(bits)) {
+                    worst[0] = worst[0].max((f64::from(found) * LSB - exact).abs());
+                }
+            }
+            for bits in (1..DOMAIN_BEND).step_by(97) {
+                let exact = reference::pressure_kpa(c, f64::from(bits) * LSB);
+                if exact > 150.0 {
+                    break;
+                }
+                for (worst, found) in worst.iter_mut().zip(ways.pressures(bits)) {
+                    worst[1] = worst[1].max((f64::from(found) * LSB - exact).abs());
+                }
+            }
+        }
+        println!(
+            "0..150 kPa, any of the calibrations, degrees and kPa: for any calibration {:?}, tabulated {:?}",
+            worst[0], worst[1]
+        );
+        assert!(worst[0][0] < 8e-5 && worst[1][0] < 5e-5 && worst[0][1] < 5e-5 && worst[1][1] < 5e-5, "{worst:?}");
+    }
+
+    #[test]
+    fn the_first_bits_of_pressure_bend_by_the_square_root() {
+        for calibration in CALIBRATIONS {
+            let ways = Ways::of(calibration);
+            assert_eq!((ways.bends(0), ways.pressures(0)), ([0; 2], [0; 2]));
+            for bits in 1..100 {
+                let exact = reference::bend_deg(&ways.coefficients, f64::from(bits) * LSB);
+                for found in ways.bends(bits) {
+                    assert!((f64::from(found) * LSB - exact).abs() < 3e-5, "{calibration:?} {bits}: {found} {exact}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn saturates_outside_the_domain() {
+        for calibration in CALIBRATIONS {
+            let ways = Ways::of(calibration);
+            let (most, end) = (ways.bends(DOMAIN_PRESSURE), ways.pressures(DOMAIN_BEND));
+            for bits in [i32::MIN, i32::MIN + 1, -(100 << 16), -1, 0] {
+                assert_eq!((ways.bends(bits), ways.pressures(bits)), ([0; 2], [0; 2]));
+            }
+            for bits in [DOMAIN_PRESSURE + 1, 2000 << 16, i32::MAX - 1, i32::MAX] {
+                assert_eq!(ways.bends(bits), most);
+            }
+            for bits in [DOMAIN_BEND + 1, 180 << 16, 360 << 16, i32::MAX] {
+                assert_eq!(ways.pressures(bits), end);
+            }
+            // Where 1000 kPa would bend further than the model goes.
+            let reachable = reference::pressure_kpa(&ways.coefficients, 170.0);
+            assert_eq!(most == [DOMAIN_BEND; 2], reachable <= 1000.0);
+            assert_eq!(end == [i32::MAX; 2], reachable >= 32_768.0);
+        }
+    }
+
+    #[test]
+    fn never_falls() {
+        for calibration in CALIBRATIONS {
+            let ways = Ways::of(calibration);
+            let (forward, inverse) = (|bits| ways.pressures(bits), |bits| ways.bends(bits));
+            assert_never_falls((0..=DOMAIN_BEND).step_by(53), forward);
+            assert_never_falls((0..=DOMAIN_PRESSURE).step_by(211), inverse);
+            assert_never_falls(-10..100_000, forward);
+            assert_never_falls(-10..100_000, inverse);
+            assert_never_falls(around(DOMAIN_BEND, 50_000), forward);
+            assert_never_falls(around(DOMAIN_PRESSURE, 50_000), inverse);
+            assert_never_falls(around(256 << 16, 50_000), inverse);
+            assert_never_falls(i32::MIN..i32::MIN + 1000, inverse);
+            assert_never_falls(i32::MAX - 1000..=i32::MAX, forward);
+            for degrees in (2..=170).step_by(2) {
+                assert_never_falls(around(degrees << 16, 500), forward);
+                assert_never_falls(around(ways.pressures(degrees << 16)[0], 500), inverse);
+            }
+            for part in 8..16 {
+                for octave in 0..26 {
+                    assert_never_falls(around((part << octave) >> 3, 500), inverse);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_table_of_one_calibration_takes_three_kilobytes() {
+        assert!(size_of::<Tabulated>() <= 3072, "{}", size_of::<Tabulated>());
+    }
+
+    fn admitted() -> impl Strategy<Value = Coefficients> {
+        (0..=60_i32 << 24, 5 << 24..=40_i32 << 24, 0..=2_i32 << 24).prop_map(|(k, c1, c2)| {
+            Coefficients::new(I8F24::from_bits(k), I8F24::from_bits(c1), I8F24::from_bits(c2)).unwrap()
+        })
+    }
+
+    /// Any pressure of the domain, small ones as often as large ones.
+    fn any_pressure() -> impl Strategy<Value = i32> {
+        (1..=DOMAIN_PRESSURE, 0..26_u32).prop_map(|(bits, shift)| (bits >> shift).max(1))
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(2000))]
+
+        #[test]
+        fn any_calibration_matches_f64(c in admitted(), bits in any_pressure(), angle in 0..=DOMAIN_BEND) {
+            let ways = Ways::new(c);
+            let exact = reference::bend_deg(&c, f64::from(bits) * LSB);
+            for found in ways.bends(bits) {
+                prop_assert!((f64::from(found) * LSB - exact).abs() < 8e-5, "{found} {exact}");
+            }
+            let exact = reference::pressure_kpa(&c, f64::from(angle) * LSB);
+            for found in ways.pressures(angle) {
+                let found = f64::from(found) * LSB;
+                if exact <= 150.0 {
+                    prop_assert!((found - exact).abs() < 6e-5, "{found} {exact}");
+                }
+                // The formats of the last segments leave room for the stiffest finger.
+                prop_assert!((found - exact.min(32_768.0)).abs() < 2e-4 + 2e-6 * exact, "{found} {exact}");
+            }
+        }
+
+        #[test]
+        fn any_calibration_never_falls(c in admitted(), bits in any_pressure(), angle in 0..DOMAIN_BEND) {
+            let ways = Ways::new(c);
+            assert_never_falls(around(bits, 50), |bits| ways.bends(bits));
+            assert_never_falls(around(angle, 50), |bits| ways.pressures(bits));
+        }
+
+        #[test]
+        fn there_and_back(c in admitted(), bits in any_pressure()) {
+            // Pressure to bend to pressure: off by what five LSBs of bend are worth, and their like of pressure.
+            let ways = Ways::new(c);
+            for (way, found) in ways.bends(bits).into_iter().enumerate() {
+                prop_assume!(found < DOMAIN_BEND);
+                let degrees = f64::from(found) * LSB;
+                let worth = reference::pressure_kpa(&c, degrees + 5.0 * LSB)
+                    - reference::pressure_kpa(&c, (degrees - 5.0 * LSB).max(0.0));
+                let back = ways.pressures(found)[way];
+                prop_assert!(f64::from(back.abs_diff(bits)) <= worth / LSB + 5.0, "{bits} {found} {back}");
+            }
+        }
+    }
+}

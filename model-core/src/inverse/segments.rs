@@ -145,8 +145,14 @@ const fn interpolate(points: [f64; COEFFICIENTS], mut c: [f64; COEFFICIENTS], co
 /// relative accuracy however small the bend.
 const fn powers(index: usize) -> [[f64; COEFFICIENTS]; 2] {
     // (1 − cos(i π/5)) / 4, and the same for thirds.
-    const SIX: [f64; COEFFICIENTS] =
-        [0.0, 0.047_745_751_406_263_14, 0.172_745_751_406_263_15, 0.327_254_248_593_736_85, 0.452_254_248_593_736_85, 0.5];
+    const SIX: [f64; COEFFICIENTS] = [
+        0.0,
+        0.047_745_751_406_263_14,
+        0.172_745_751_406_263_15,
+        0.327_254_248_593_736_85,
+        0.452_254_248_593_736_85,
+        0.5,
+    ];
     const FOUR: [f64; COEFFICIENTS] = [0.0, 0.125, 0.375, 0.5, 0.0, 0.0];
     let [start, width] = [start_deg(index), width_deg(index)];
     let mut both = [[0.0; COEFFICIENTS]; 2];

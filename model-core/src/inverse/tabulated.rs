@@ -35,7 +35,13 @@ impl Tabulated {
         Self {
             coefficients: *coefficients,
             // From 8 more bits of pressure than the table has, which is Q24, to 2⁻²⁴ degree.
-            bends: Floating::tabulate(|pressure| i64::from(model.angle_q24(pressure)), 8, &PRESSURE_SPLITS, 1 << 24, i64::MAX),
+            bends: Floating::tabulate(
+                |pressure| i64::from(model.angle_q24(pressure)),
+                8,
+                &PRESSURE_SPLITS,
+                1 << 24,
+                i64::MAX,
+            ),
             pressures: Floating::tabulate(
                 |angle| {
                     let (wide, fraction_bits) = model.pressure(angle);

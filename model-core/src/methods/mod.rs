@@ -1,6 +1,7 @@
-//! The ways to compute α = f(P) and P = f⁻¹(α) that the core's own is compared with, side by side and under one trait.
+//! The ways to compute α = f(P) and P = f⁻¹(α) side by side and under one trait: the core's own two, and those that they
+//! are compared with.
 //!
-//! Nothing here runs on the finger: the feature `methods` is for comparisons (`host-sim pareto`, `cargo xtask pareto`),
+//! Nothing but the core's own runs on the finger: the feature `methods` is for comparisons (`host-sim pareto`, `cargo xtask pareto`),
 //! on the host and on the emulated Cortex-M4, so that all of it is `no_std` too. Floats are allowed here.
 
 use crate::units::{Bend, Coefficients, Pressure};
@@ -21,9 +22,10 @@ mod floating_quadratic;
 mod minimax;
 mod minimax_root;
 mod nodes;
+mod own;
 mod polynomial;
 #[cfg(test)]
-mod reference;
+pub(crate) mod reference;
 mod remez;
 mod uniform_cubic;
 mod uniform_linear;
@@ -42,6 +44,7 @@ pub use floating_linear::FloatingLinear;
 pub use floating_quadratic::FloatingQuadratic;
 pub use minimax::Minimax;
 pub use minimax_root::MinimaxRoot;
+pub use own::{FloatingQuartic, SegmentNewton};
 pub use uniform_cubic::UniformCubic;
 pub use uniform_linear::UniformLinear;
 
@@ -92,6 +95,8 @@ pub trait Method: Sized {
 macro_rules! for_each_method {
     ($($callback:ident)::+) => {
         $($callback)::+! {
+            segment_newton: $crate::methods::SegmentNewton;
+            floating_quartic: $crate::methods::FloatingQuartic;
             fixed_newton: $crate::methods::FixedNewton;
             f64_newton: $crate::methods::F64Newton;
             f32_newton_libm: $crate::methods::F32NewtonLibm;

@@ -4,7 +4,7 @@ use super::{Method, Quantity, Representation, coefficients_kpa};
 use crate::units::Coefficients;
 
 /// Default finger and bare chamber, and corners of the admitted range.
-const CALIBRATIONS: [(f64, f64, f64); 8] = [
+pub const CALIBRATIONS: [(f64, f64, f64); 8] = [
     (0.0, 13.835_501, 0.335_61),
     (35.3, 7.24, 0.831),
     (0.0, 5.0, 0.0),

@@ -11,9 +11,9 @@ use object::read::elf::{ElfFile32, ProgramHeader};
 use object::{Object, ObjectSymbol};
 use unicorn_engine::{Arch, ArmCpuModel, HookType, Mode, Prot, RegisterARM, Unicorn, uc_error};
 
-const FLASH: u32 = 0x0800_0000;
-const RAM: u32 = 0x2000_0000;
-const RAM_BYTES: u32 = 128 * 1024;
+pub(crate) const FLASH: u32 = 0x0800_0000;
+pub(crate) const RAM: u32 = 0x2000_0000;
+pub(crate) const RAM_BYTES: u32 = 128 * 1024;
 /// System memory with the serial number and the flash size.
 const SYSTEM_ROM: u32 = 0x1FFF_0000;
 const SERIAL: [u32; 3] = [0x0046_0052, 0x4D4F_5243, 0x2034_3436];
@@ -92,15 +92,8 @@ impl Board {
     /// # Errors
     /// As [`Self::new`].
     pub fn with_settings(elf: &[u8], settings: Option<Vec<u8>>) -> Result<Self> {
+        let segments = load_segments(elf)?;
         let file = ElfFile32::<object::Endianness>::parse(elf)?;
-        let endian = file.endian();
-        let mut segments = Vec::new();
-        for header in file.elf_program_headers() {
-            let data = header.data(endian, elf).map_err(|()| anyhow!("a segment lies outside the ELF"))?;
-            if header.p_type(endian) == PT_LOAD && !data.is_empty() {
-                segments.push((header.p_paddr(endian), data.to_vec()));
-            }
-        }
         let symbols = file.symbols().filter_map(|symbol| Some((symbol.name().ok()?.to_owned(), symbol.address())));
         let symbols = symbols.filter(|(name, _)| name == "HardFault").collect();
         let mut flash = Flash::new();
@@ -474,8 +467,22 @@ impl Board {
     }
 }
 
-fn engine(error: uc_error) -> anyhow::Error {
+pub(crate) fn engine(error: uc_error) -> anyhow::Error {
     anyhow!("the emulator: {error:?}")
+}
+
+/// What an ELF puts into flash: address and bytes of each segment.
+pub(crate) fn load_segments(elf: &[u8]) -> Result<Vec<(u32, Vec<u8>)>> {
+    let file = ElfFile32::<object::Endianness>::parse(elf)?;
+    let endian = file.endian();
+    let mut segments = Vec::new();
+    for header in file.elf_program_headers() {
+        let data = header.data(endian, elf).map_err(|()| anyhow!("a segment lies outside the ELF"))?;
+        if header.p_type(endian) == PT_LOAD && !data.is_empty() {
+            segments.push((header.p_paddr(endian), data.to_vec()));
+        }
+    }
+    Ok(segments)
 }
 
 /// A core with its memory, at reset.
@@ -577,7 +584,7 @@ fn block(uc: &mut Unicorn<'_, Machine>, address: u64, size: u32, counts: &mut [u
 }
 
 /// Thumb instructions in a block: halfwords that do not start a 32-bit instruction count one.
-fn instructions_in(uc: &Unicorn<'_, Machine>, address: u64, size: u32) -> u32 {
+pub(crate) fn instructions_in<D>(uc: &Unicorn<'_, D>, address: u64, size: u32) -> u32 {
     let mut bytes = vec![0; size as usize];
     if uc.mem_read(address & !1, &mut bytes).is_err() {
         return size / 2;

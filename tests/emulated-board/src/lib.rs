@@ -9,8 +9,11 @@
 
 pub mod bench;
 pub mod board;
+pub mod counted;
+pub mod footprint;
 #[allow(missing_docs)]
 mod machine;
+pub mod pareto;
 #[allow(missing_docs)]
 mod peripheral;
 mod rtt;
@@ -19,6 +22,8 @@ pub mod time;
 
 pub use bench::Bench;
 pub use board::{Board, Pin};
+pub use counted::{Counted, counted_elf};
+pub use footprint::Footprint;
 pub use machine::Halt;
 pub use model_core::protocol::ResetCause;
 

@@ -1,0 +1,103 @@
+//! All methods side by side: `cargo xtask pareto`.
+
+use anyhow::{Result, ensure};
+use emulated_board::pareto::{Direction, Figures, Truth, cossin, four_digits, measure};
+use emulated_board::{Counted, Footprint, counted_elf};
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::json;
+
+/// `f32-newton-native`'s square root on the host.
+type Root = model_core::methods::StdRoot;
+
+macro_rules! measure_all {
+    ($($id:ident: $method:ty;)*) => {
+        const METHODS: usize = [$(stringify!($id)),*].len();
+
+        fn all(counted: &mut Counted, footprint: &Footprint, truth: &Truth, bar: &ProgressBar) -> Result<Vec<Figures>> {
+            let mut figures = Vec::new();
+            $(
+                bar.set_message(stringify!($id));
+                figures.extend(measure::<$method>(stringify!($id), counted, footprint, truth)?);
+                bar.inc(1);
+            )*
+            Ok(figures)
+        }
+    };
+}
+
+model_core::for_each_method!(measure_all);
+
+fn main() -> Result<()> {
+    let json = std::env::args().any(|argument| argument == "--json");
+    let elf = counted_elf()?;
+    let (mut counted, footprint) = (Counted::new(&elf)?, Footprint::new(&elf)?);
+    let bar = ProgressBar::new(METHODS as u64);
+    bar.set_style(ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}")?);
+    bar.set_message("the model in f64");
+    let figures = all(&mut counted, &footprint, &Truth::new(), &bar)?;
+    let cossin = cossin(&mut counted)?;
+    bar.finish_and_clear();
+    if json {
+        let reference = json!({
+            "function": "idsp::cossin",
+            "max_error_full_scale": four_digits(cossin.max_error_full_scale),
+            "max_error_own_scale": four_digits(cossin.max_error_own_scale),
+            "instructions_cortex_m4_mean": (cossin.instructions_mean * 10.0).round() / 10.0,
+            "instructions_cortex_m4_worst": cossin.instructions_worst,
+            "flash_code_bytes": footprint.of("cossin")?.code,
+            "flash_table_bytes": footprint.of("cossin")?.tables,
+        });
+        let methods: Vec<_> = figures.iter().map(Figures::to_json).collect();
+        println!("{}", serde_json::to_string_pretty(&json!({ "methods": methods, "references": [reference] }))?);
+    } else {
+        for direction in Direction::BOTH {
+            table(direction, &figures);
+        }
+        println!(
+            "idsp::cossin: {:.1} instructions in the mean, {} at the worst, worst error {:.1e} of 2^31, {:.1e} of its \
+             own amplitude",
+            cossin.instructions_mean,
+            cossin.instructions_worst,
+            cossin.max_error_full_scale,
+            cossin.max_error_own_scale
+        );
+    }
+    for figure in &figures {
+        if let Some(first) = &figure.cost.first_difference {
+            let (method, direction) = (figure.method, figure.direction.name());
+            eprintln!("{method} {direction}: {} of {} differ, first {first}", figure.cost.differ, figure.cost.calls);
+        }
+    }
+    let fixed_differ = figures.iter().any(|figure| figure.representation == "fixed" && figure.cost.differ > 0);
+    ensure!(!fixed_differ && cossin.differ == 0, "fixed-point results differ between the emulated core and the host");
+    Ok(())
+}
+
+fn table(direction: Direction, figures: &[Figures]) {
+    let unit = match direction {
+        Direction::Bend => "degrees",
+        Direction::Pressure => "kPa",
+    };
+    println!("{}: errors in {unit}, instructions on the Cortex-M4, bytes", direction.name());
+    println!(
+        "  {:<24}{:>10}{:>10}{:>10}{:>10}{:>8}{:>8}{:>9}{:>7}{:>7}{:>6}",
+        "method", "0-150 kPa", "any cal.", "domain", "any cal.", "mean", "worst", "prepare", "code", "tables", "RAM"
+    );
+    for figure in figures.iter().filter(|figure| figure.direction == direction) {
+        let Figures { accuracy, cost, flash, .. } = figure;
+        println!(
+            "  {:<24}{:>10.2e}{:>10.2e}{:>10.2e}{:>10.2e}{:>8.0}{:>8}{:>9}{:>7}{:>7}{:>6}",
+            figure.method,
+            accuracy.working.max,
+            accuracy.any_working.max,
+            accuracy.whole.max,
+            accuracy.any_whole.max,
+            cost.mean,
+            cost.worst,
+            cost.prepare_worst,
+            flash.code,
+            flash.tables,
+            figure.ram_bytes
+        );
+    }
+}
