@@ -1,4 +1,44 @@
-//! The model in both directions.
+//! The model in both directions, in fixed point: bend from pressure and pressure from bend.
+//!
+//! ```text
+//! P(α) = k·α + c1·A + c2·B      λ = α / sin α,  A = 4 (λ − λ⁻⁵),  B = 2 A (I1 − 3),  I1 = 2 λ² + λ⁻⁴
+//! ```
+//!
+//! Two ways, for two uses; `docs/inverse.md` has them beside fourteen others, and says why these:
+//!
+//! | | [`bend_from_pressure`], [`pressure_from_bend`] | [`Tabulated`] |
+//! |---|---|---|
+//! | Calibration | given with each call | prepared, in some 110,000 instructions |
+//! | Instructions on a Cortex-M4, bend / pressure | at most 200 / 115 | at most 45 / 50 below 256 kPa and 164 degrees |
+//! | Tables | 2 KiB of flash for both | 3 KiB of RAM for both |
+//! | Worst error, 0..150 kPa | 4.6e-5 degree, 3.6e-5 kPa | 2.9e-5 degree, 3.6e-5 kPa |
+//!
+//! Rounding to the last bit alone is 7.6e-6. Instructions, and errors over eleven calibrations: `cargo xtask pareto`; errors
+//! over those of the tests: `cargo test -p model-core inverse -- --nocapture`.
+//!
+//! The first is what the controller uses: a change of calibration takes effect at once and leaves nothing to be
+//! rebuilt. The second pays where one calibration is asked for thousands of times.
+//!
+//! # Near rest, near the pole
+//! A and B are products of positive terms where the tables are made, so that nothing cancels at α → 0, where λ is 0/0.
+//! There P ≈ 4 c1 α² (for k = 0), and α(P) starts like a square root: the first segment is solved in a scaled variable,
+//! and the prepared table's segments shrink with the pressure, octave by octave. At α → 180 degrees λ has its pole; the
+//! model ends at 170 degrees.
+//!
+//! # Monotone
+//! Neither direction ever falls, whatever is given: checked over every input of eight calibrations, and around random
+//! inputs of random ones. Within a segment the steps from one input to the next are larger than what rounding can take
+//! back; from one segment to the next the coefficients are rounded so that the left one ends at or below where the right
+//! one starts (see `segments.rs`).
+//!
+//! # Outside
+//! Up to 0 kPa the bend is 0: the exoskeleton stops extension, and the model has no branch there. Above
+//! [`PRESSURE_LIMIT`] it is the bend at that limit, and nowhere above [`BEND_LIMIT`]. Likewise the pressure, which saturates
+//! at [`Pressure::MAX`].
+
+// One function each, called from one place: their calls would cost what the formats save.
+#![allow(clippy::inline_always)]
+
 mod direct;
 mod floating;
 mod segments;
@@ -8,7 +48,6 @@ pub use tabulated::Tabulated;
 
 use crate::units::{Bend, Coefficients, Pressure};
 use direct::Model;
-use {bend_from_pressure as bend_of, pressure_from_bend as pressure_of};
 
 /// Beyond this bend the model's pole at 180 degrees is near and the finger cannot follow: the model ends here.
 pub const BEND_LIMIT: Bend = Bend::from_deg(170);
@@ -17,7 +56,12 @@ pub const BEND_LIMIT: Bend = Bend::from_deg(170);
 pub const PRESSURE_LIMIT: Pressure = Pressure::from_kpa(1000);
 
 /// The bend at which the segment rests under `pressure`.
+///
+/// From 0 to 1000 kPa the solution of P(α) = `pressure`, at most [`BEND_LIMIT`]; above 1000 kPa the value there; 0 at or
+/// below 0 kPa. Rounded to nearest; worst error 4.6e-5 degree, at most 200 instructions on a Cortex-M4 (see the
+/// [module](self)'s text). Non-decreasing.
 #[must_use]
+#[inline(always)]
 pub fn bend_from_pressure(coefficients: &Coefficients, pressure: Pressure) -> Bend {
     let bits = pressure.min(PRESSURE_LIMIT).to_bits();
     if bits <= 0 {
@@ -28,15 +72,20 @@ pub fn bend_from_pressure(coefficients: &Coefficients, pressure: Pressure) -> Be
 }
 
 /// The pressure that holds the segment at `bend`.
+///
+/// From 0 to 170 degrees P(α), saturated at [`Pressure::MAX`]; 0 at or below 0 degrees, and beyond [`BEND_LIMIT`] the value
+/// there. Rounded to nearest; worst error over 0..150 kPa 3.6e-5 kPa, up to saturation 4e-6 of the value, at most 115
+/// instructions on a Cortex-M4 (see the [module](self)'s text). Non-decreasing.
 #[must_use]
+#[inline(always)]
 pub fn pressure_from_bend(coefficients: &Coefficients, bend: Bend) -> Pressure {
     let bits = bend.min(BEND_LIMIT).to_bits();
     if bits <= 0 {
         return Pressure::ZERO;
     }
-    let (wide, q) = Model::new(coefficients).pressure((bits as u32) << 8);
+    let (wide, fraction_bits) = Model::new(coefficients).pressure((bits as u32) << 8);
     // To Q17, then rounded.
-    let rounded = ((wide >> (q + 15)) + 1) >> 1;
+    let rounded = ((wide >> (fraction_bits + 15)) + 1) >> 1;
     Pressure::from_bits(i32::try_from(rounded).unwrap_or(i32::MAX))
 }
 
@@ -226,7 +275,7 @@ mod tests {
                     prop_assert!((found - exact).abs() < 6e-5, "{found} {exact}");
                 }
                 // The formats of the last segments leave room for the stiffest finger.
-                prop_assert!((found - exact.min(32_768.0)).abs() < 2e-4 + 2e-6 * exact, "{found} {exact}");
+                prop_assert!((found - exact.min(32_768.0)).abs() < 2e-4 + 4e-6 * exact, "{found} {exact}");
             }
         }
 

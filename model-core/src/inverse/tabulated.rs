@@ -1,8 +1,11 @@
-//! Both directions at one calibration, tabulated.
+//! Both directions at one calibration, tabulated on floating segments by the calibration-free way.
+//!
+//! The tables hold what the finger's machine can reach: 256 kPa, more than the pump stalls at, and 164 degrees. Beyond,
+//! the calibration-free way itself answers.
 
 use super::direct::Model;
 use super::floating::{Floating, OCTAVES};
-use super::{bend_of, pressure_of};
+use super::{bend_from_pressure, pressure_from_bend};
 use crate::units::{Bend, Coefficients, Pressure};
 
 /// Segments of each octave of pressure, from 2⁻¹⁶ kPa up to 256 kPa: 1, 2, 4, 8.
@@ -20,6 +23,13 @@ const BEND_END: u32 = 164 << 16;
 const MOST_PRESSURE_Q32: i64 = 8192 << 32;
 
 /// The model of one calibration, prepared: see the [module](super)'s text.
+///
+/// ```
+/// use model_core::{calibration, inverse::Tabulated, units::Pressure};
+/// let finger = Tabulated::new(&calibration::DEFAULT);
+/// let bend = finger.bend_from_pressure(Pressure::from_kpa(60));
+/// assert!((70.0..72.0).contains(&(f64::from(bend.to_bits()) / 65_536.0)));
+/// ```
 #[derive(Clone, Debug)]
 pub struct Tabulated {
     coefficients: Coefficients,
@@ -28,7 +38,8 @@ pub struct Tabulated {
 }
 
 impl Tabulated {
-    /// Tabulates both directions.
+    /// Tabulates both directions: some 110,000 instructions on a Cortex-M4, 0.6 ms at 180 MHz with one a cycle
+    /// (`cargo xtask pareto`, column "Prepare").
     #[must_use]
     pub fn new(coefficients: &Coefficients) -> Self {
         let model = Model::new(coefficients);
@@ -55,7 +66,7 @@ impl Tabulated {
         }
     }
 
-    /// The bend at which the segment rests under `pressure`.
+    /// The bend at which the segment rests under `pressure`: as [`bend_from_pressure`], within five LSB of it.
     #[must_use]
     #[inline]
     pub fn bend_from_pressure(&self, pressure: Pressure) -> Bend {
@@ -65,7 +76,7 @@ impl Tabulated {
         }
     }
 
-    /// The pressure that holds the segment at `bend`.
+    /// The pressure that holds the segment at `bend`: as [`pressure_from_bend`].
     #[must_use]
     #[inline]
     pub fn pressure_from_bend(&self, bend: Bend) -> Pressure {
@@ -79,7 +90,7 @@ impl Tabulated {
     #[cold]
     #[inline(never)]
     fn bend_beyond(&self, pressure: Pressure) -> Bend {
-        let bend = bend_of(&self.coefficients, pressure);
+        let bend = bend_from_pressure(&self.coefficients, pressure);
         if pressure <= Pressure::ZERO { bend } else { bend.max(Bend::from_bits(self.bends.last)) }
     }
 
@@ -87,7 +98,7 @@ impl Tabulated {
     #[cold]
     #[inline(never)]
     fn pressure_beyond(&self, bend: Bend) -> Pressure {
-        let pressure = pressure_of(&self.coefficients, bend);
+        let pressure = pressure_from_bend(&self.coefficients, bend);
         if bend <= Bend::ZERO { pressure } else { pressure.max(Pressure::from_bits(self.pressures.last)) }
     }
 }

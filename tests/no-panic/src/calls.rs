@@ -11,7 +11,7 @@ use model_core::actuation::{Actuation, Passage, Segment};
 use model_core::calibration;
 use model_core::controller::{Command, Controller, Fault, Inputs, Mode, Reading, Rejection};
 use model_core::division;
-use model_core::inverse;
+use model_core::inverse::{self, Tabulated};
 use model_core::observer::{DeadTicks, Observer, Pneumatics};
 use model_core::protocol::frame::{self, Decoder, MAX_FRAME};
 use model_core::protocol::message::{self, LinkMode, Reason, Request};
@@ -145,6 +145,10 @@ fn frames() {
 fn inverse() {
     consume(inverse::bend_from_pressure(&any(calibration::DEFAULT), any(Pressure::ZERO)));
     consume(inverse::pressure_from_bend(&any(calibration::DEFAULT), any(Bend::ZERO)));
+    let tabulated = any(Tabulated::new(&any(calibration::DEFAULT)));
+    consume(tabulated.bend_from_pressure(any(Pressure::ZERO)));
+    consume(tabulated.pressure_from_bend(any(Bend::ZERO)));
+    consume(tabulated.clone());
 }
 
 #[inline(never)]

@@ -4,7 +4,12 @@ use anyhow::{Context, Result, ensure};
 use serde_json::Value;
 
 /// The methods that the core itself computes with.
-const CHOSEN: [(Direction, &str); 2] = [(Direction::Bend, "fixed-newton"), (Direction::Pressure, "fixed-newton")];
+const CHOSEN: [(Direction, &str); 4] = [
+    (Direction::Bend, "segment-newton"),
+    (Direction::Bend, "floating-quartic"),
+    (Direction::Pressure, "segment-newton"),
+    (Direction::Pressure, "floating-quartic"),
+];
 
 /// Which of the two functions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
