@@ -3,39 +3,49 @@
 //! Each part is a struct in a file of its own; a [`Scene`] leaves parts out or breaks them, [`PlantParameters`] holds
 //! every figure. Same parameters, scene and seed: same readings, bit for bit.
 //!
-//! Within a tick the air flows in sub-steps (Heun's method on the contents of the four volumes) with the actuators'
-//! state and the volumes held; at its end the finger bends and the volumes follow. Air is only ever moved, so its sum
-//! changes by what passes the pump, the dump valve and leaks.
+//! A tick is one or more steps of the same kind. In a step the air flows with the volumes of its middle, as far as they can
+//! be told before it; then the finger bends and the volumes follow ([`finger::Bend`]). Both halves are of second order, so the
+//! whole is, with any [`integrator::Method`] of second order or more. Air is only ever moved, so its sum changes by what
+//! passes the pump, the dump valve and leaks.
 //!
-//! Stability: the stiffest case is the 5 mL manifold with all four valves in their laminar zone, about 1,300 per second.
-//! A sub-step of 200 us times that is 0.26; Heun's method is stable up to 2 and free of overshoot up to 1.
+//! Stability: the stiffest case of the default plant is the 5 mL manifold with all four valves in their laminar zone, about
+//! 1,300 per second. A small manifold or a torn chamber multiplies that. The default, ROS2, is stable at any stiffness and
+//! takes one step a tick; the explicit methods need steps below 2 over that rate. docs/simulator.md compares all of them
+//! with a reference of tight tolerance.
 
 pub mod delay;
 pub mod fault;
 pub mod finger;
 pub mod gas;
+pub mod integrator;
+pub mod network;
 pub mod parameters;
 pub mod pump;
 pub mod scene;
 pub mod sensor;
+pub mod static_curve;
 pub mod valve;
 
 pub use fault::{FaultKind, InjectedFault};
+pub use integrator::Method;
 pub use parameters::PlantParameters;
 pub use scene::{Part, Scene};
 
 use fault::ActiveFaults;
-use finger::Bend;
-use gas::GasVolume;
+use finger::{Bend, BendState, LagStep};
+use gas::{GasVolume, REFERENCE_KPA};
 use model_core::actuation::{Actuation, Passage, Segment};
 use model_core::controller::{Inputs, Reading};
 use model_core::units::Millis;
+use network::{Contents, Network};
 use parameters::OrificeParameters;
 use pump::Pump;
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use sensor::{BendSensor, PressureSensor};
+use static_curve::StaticCurve;
+use std::sync::Arc;
 use valve::{Orifice, Valve};
 
 /// What is really so, as no sensor can tell.
@@ -65,13 +75,14 @@ pub struct Truth {
     pub segments: [Passage; 3],
 }
 
-/// Flows at one moment, NL/s.
-#[derive(Clone, Copy)]
-struct Flows {
-    pump: f64,
-    dump: f64,
-    segments: [f64; 3],
-    leaks: [f64; 3],
+/// Halvings of a tick that the adaptive method may take: steps of 1 ms down to 1 us.
+const HALVINGS: u32 = 10;
+
+/// What a step changes, to take it back.
+struct State {
+    manifold: GasVolume,
+    chambers: [GasVolume; 3],
+    bends: [BendState; 3],
 }
 
 /// The machine.
@@ -87,9 +98,17 @@ pub struct Plant {
     dump: Valve,
     segments: [Valve; 3],
     leaks: [Option<Orifice>; 3],
+    /// The conductance each leak was made for, NL/(s bar).
+    leaks_nl_per_s_bar: [f64; 3],
     manifold: GasVolume,
     chambers: [GasVolume; 3],
     bends: [Bend; 3],
+    /// The finger's lag over a tick halved as often as the index says; for a fixed step its own, alone.
+    lags: Vec<LagStep>,
+    /// How often the adaptive method halves the tick at present.
+    halvings: u32,
+    evaluations: u64,
+    faults_now: ActiveFaults,
     pressure_sensor: PressureSensor,
     bend_sensor: BendSensor,
     /// The readings at `now`.
@@ -117,6 +136,20 @@ impl Plant {
         let growth_l_per_rad =
             scene.volume_growth.or_zero(rest_l * finger.volume_growth / finger.growth_reference_deg.to_radians());
         let atmosphere_kpa = parameters.gas.atmosphere_kpa;
+        let lag_ms = scene.finger_lag.or_zero(finger.lag_ms);
+        let lags = if let Method::Adaptive { .. } = parameters.integration.method {
+            (0..=HALVINGS).map(|halvings| LagStep::new((-f64::from(halvings)).exp2(), lag_ms)).collect()
+        } else {
+            vec![LagStep::new(1.0 / f64::from(parameters.integration.sub_steps.max(1)), lag_ms)]
+        };
+        // Segments with the same coefficients share one table: it then stays in the cache.
+        let mut curves: Vec<Arc<StaticCurve>> = Vec::new();
+        let bends = finger.coefficients_kpa.map(|coefficients| {
+            let made = curves.iter().find(|curve| *curve.coefficients_kpa() == coefficients);
+            let curve = made.cloned().unwrap_or_else(|| Arc::new(StaticCurve::new(coefficients)));
+            curves.push(Arc::clone(&curve));
+            Bend::new(curve, rest_l, growth_l_per_rad)
+        });
 
         let mut plant = Self {
             now: Millis::ZERO,
@@ -130,11 +163,14 @@ impl Plant {
             dump: valve(&parameters.dump_valve),
             segments: core::array::from_fn(|_| valve(&parameters.segment_valve)),
             leaks: [None; 3],
+            leaks_nl_per_s_bar: [0.0; 3],
             manifold: GasVolume::at_pressure(parameters.gas.manifold_ml / 1000.0, atmosphere_kpa),
             chambers: [GasVolume::at_pressure(rest_l, atmosphere_kpa); 3],
-            bends: finger.coefficients_kpa.map(|coefficients| {
-                Bend::new(coefficients, rest_l, growth_l_per_rad, scene.finger_lag.or_zero(finger.lag_ms))
-            }),
+            bends,
+            lags,
+            halvings: 0,
+            evaluations: 0,
+            faults_now: ActiveFaults::default(),
             pressure_sensor: PressureSensor::new(
                 &parameters.pressure_sensor,
                 scene.sensor_lag.or_zero(parameters.pressure_sensor.lag_ms),
@@ -153,8 +189,8 @@ impl Plant {
             faults: scene.faults,
             parameters,
         };
-        let faults = ActiveFaults::at(&plant.faults, plant.now);
-        plant.sense(&faults);
+        plant.faults_now = ActiveFaults::at(&plant.faults, plant.now);
+        plant.sense();
         plant
     }
 
@@ -162,28 +198,34 @@ impl Plant {
     ///
     /// A fault acts in the ticks that start while it is there, and in the readings taken then.
     pub fn step(&mut self, actuation: &Actuation) -> Inputs {
-        let faults = ActiveFaults::at(&self.faults, self.now);
+        let faults = self.faults_now;
         self.pump.step(actuation.pump, faults.pump);
         self.dump.step(actuation.dump, faults.dump);
         for segment in 0..3 {
             self.segments[segment].step(actuation.segments[segment], faults.segments[segment]);
-            let conductance = faults.leaks_nl_per_s_bar[segment];
-            self.leaks[segment] = (conductance > 0.0).then(|| {
-                Orifice::new(&OrificeParameters {
-                    conductance_nl_per_s_bar: conductance,
-                    ..self.parameters.segment_valve.clone()
+        }
+        if faults.leaks_nl_per_s_bar != self.leaks_nl_per_s_bar {
+            self.leaks_nl_per_s_bar = faults.leaks_nl_per_s_bar;
+            self.leaks = faults.leaks_nl_per_s_bar.map(|conductance| {
+                (conductance > 0.0).then(|| {
+                    Orifice::new(&OrificeParameters {
+                        conductance_nl_per_s_bar: conductance,
+                        ..self.parameters.segment_valve.clone()
+                    })
                 })
             });
         }
-        self.move_air();
-        for (bend, chamber) in self.bends.iter_mut().zip(&mut self.chambers) {
-            bend.step(chamber, self.parameters.gas.atmosphere_kpa);
+        match self.parameters.integration.method {
+            Method::Adaptive { tolerance_kpa } => self.advance_adaptively(tolerance_kpa),
+            method => self.advance(method),
         }
         self.pressure_sensor.step(self.manifold_gauge_kpa());
 
         self.now = self.now + Millis(1);
-        let faults = ActiveFaults::at(&self.faults, self.now);
-        self.sense(&faults);
+        if !self.faults.is_empty() {
+            self.faults_now = ActiveFaults::at(&self.faults, self.now);
+        }
+        self.sense();
         self.inputs
     }
 
@@ -221,7 +263,8 @@ impl Plant {
         let atmosphere_kpa = self.parameters.gas.atmosphere_kpa;
         let manifold_kpa = self.manifold.absolute_kpa();
         let chambers_kpa = self.chambers.map(|chamber| chamber.absolute_kpa());
-        let flows = self.flows(manifold_kpa, chambers_kpa);
+        let volumes_l = self.chambers.map(|chamber| chamber.volume_l());
+        let flows = self.network(1.0, volumes_l).flows(&self.contents());
         Truth {
             manifold_kpa: manifold_kpa - atmosphere_kpa,
             chambers_kpa: chambers_kpa.map(|kpa| kpa - atmosphere_kpa),
@@ -237,59 +280,147 @@ impl Plant {
         }
     }
 
+    /// Evaluations of the flows since the start: the integrator's cost, whatever machine it runs on.
+    #[must_use]
+    pub fn evaluations(&self) -> u64 {
+        self.evaluations
+    }
+
     fn manifold_gauge_kpa(&self) -> f64 {
         self.manifold.absolute_kpa() - self.parameters.gas.atmosphere_kpa
     }
 
-    /// All flows at these absolute pressures in kPa.
+    fn contents(&self) -> Contents {
+        let [a, b, c] = &self.chambers;
+        [self.manifold.content_nl(), a.content_nl(), b.content_nl(), c.content_nl()]
+    }
+
+    /// What decides the flows at a share of this tick (0..=1), with the chambers at these volumes.
     #[inline]
-    fn flows(&self, manifold_kpa: f64, chambers_kpa: [f64; 3]) -> Flows {
-        let atmosphere_kpa = self.parameters.gas.atmosphere_kpa;
-        Flows {
-            pump: self.pump.flow_nl_per_s(manifold_kpa - atmosphere_kpa),
-            dump: self.dump.flow_nl_per_s(manifold_kpa, atmosphere_kpa),
-            segments: core::array::from_fn(|i| self.segments[i].flow_nl_per_s(manifold_kpa, chambers_kpa[i])),
-            leaks: core::array::from_fn(|i| {
-                self.leaks[i].map_or(0.0, |leak| leak.flow_nl_per_s(chambers_kpa[i], atmosphere_kpa))
-            }),
+    fn network(&self, tick_share: f64, volumes_l: [f64; 3]) -> Network<'_> {
+        let [a, b, c] = volumes_l;
+        Network {
+            atmosphere_kpa: self.parameters.gas.atmosphere_kpa,
+            pump: self.pump.delivery(tick_share),
+            dump: self.dump.opening(),
+            segments: [self.segments[0].opening(), self.segments[1].opening(), self.segments[2].opening()],
+            leaks: [self.leaks[0].as_ref(), self.leaks[1].as_ref(), self.leaks[2].as_ref()],
+            kpa_per_nl: [self.manifold.volume_l(), a, b, c].map(|volume_l| REFERENCE_KPA / volume_l),
         }
     }
 
-    /// Moves the air for one tick.
-    fn move_air(&mut self) {
-        let closed = |valve: &Valve| valve.passage() == Passage::Closed;
-        // Held chambers are most of a sequence's time.
-        if self.pump.rests()
-            && closed(&self.dump)
-            && self.segments.iter().all(closed)
-            && self.leaks.iter().all(Option::is_none)
-        {
-            return;
-        }
+    /// Whether air can move in this tick. Held chambers are most of a sequence's time.
+    fn can_flow(&self) -> bool {
+        !self.pump.rests()
+            || self.dump.opening().is_some()
+            || self.segments.iter().any(|valve| valve.opening().is_some())
+            || self.leaks.iter().any(Option::is_some)
+    }
+
+    /// One tick in steps of fixed length.
+    fn advance(&mut self, method: Method) {
         let sub_steps = self.parameters.integration.sub_steps.max(1);
-        let seconds = 1e-3 / f64::from(sub_steps);
-        for _ in 0..sub_steps {
-            let start = self.flows(self.manifold.absolute_kpa(), self.chambers.map(|chamber| chamber.absolute_kpa()));
-            // Heun's predictor, then the mean of both ends.
-            let into_manifold = start.pump - start.dump - start.segments.iter().sum::<f64>();
-            let end = self.flows(
-                self.manifold.absolute_kpa_with(seconds * into_manifold),
-                core::array::from_fn(|i| {
-                    self.chambers[i].absolute_kpa_with(seconds * (start.segments[i] - start.leaks[i]))
-                }),
-            );
-            let half = 0.5 * seconds;
-            self.manifold.add(half * (start.pump + end.pump - start.dump - end.dump));
-            for i in 0..3 {
-                let moved = half * (start.segments[i] + end.segments[i]);
-                self.manifold.add(-moved);
-                self.chambers[i].add(moved - half * (start.leaks[i] + end.leaks[i]));
+        let tick_share = 1.0 / f64::from(sub_steps);
+        let can_flow = self.can_flow();
+        let lag = self.lags[0];
+        for sub_step in 0..sub_steps {
+            if can_flow {
+                let middle = (f64::from(sub_step) + 0.5) * tick_share;
+                self.flow(method, middle, tick_share, &lag, f64::INFINITY);
+            }
+            self.bend(&lag);
+        }
+    }
+
+    /// One tick in halves, quarters, eighths... of it, as the tolerance asks.
+    fn advance_adaptively(&mut self, tolerance_kpa: f64) {
+        /// A step whose error is this share of the tolerance is followed by one of twice the length.
+        const EASY: f64 = 1.0 / 16.0;
+        let method = self.parameters.integration.method;
+        let can_flow = self.can_flow();
+        // In units of the shortest step.
+        let end = 1_u32 << HALVINGS;
+        let mut done = 0;
+        while done < end {
+            let length = end >> self.halvings;
+            let lag = self.lags[self.halvings as usize];
+            let last = self.halvings == HALVINGS;
+            let before = self.state();
+            let share = |units: u32| f64::from(units) / f64::from(end);
+            let mut error_kpa = 0.0;
+            if can_flow {
+                let limit_kpa = if last { f64::INFINITY } else { tolerance_kpa };
+                error_kpa = self.flow(method, share(done) + 0.5 * share(length), share(length), &lag, limit_kpa);
+            }
+            if last || error_kpa <= tolerance_kpa {
+                error_kpa = error_kpa.max(self.bend(&lag));
+            }
+            if !last && error_kpa > tolerance_kpa {
+                self.restore(before);
+                self.halvings += 1;
+                continue;
+            }
+            done += length;
+            // A longer step starts where one of its length can.
+            if self.halvings > 0 && error_kpa < EASY * tolerance_kpa && done % (2 * length) == 0 {
+                self.halvings -= 1;
             }
         }
     }
 
+    /// Moves the air for a share of a tick around its `middle`, unless the error is estimated above the limit; returns that
+    /// estimate, kPa.
+    #[inline]
+    fn flow(&mut self, method: Method, middle: f64, tick_share: f64, lag: &LagStep, limit_kpa: f64) -> f64 {
+        let volumes_l = core::array::from_fn(|i| self.bends[i].volume_ahead_l(lag));
+        let network = self.network(middle, volumes_l);
+        let contents = self.contents();
+        if network.rests(&contents) {
+            return 0.0;
+        }
+        let step = integrator::step(method, &network, &contents, 1e-3 * tick_share);
+        self.evaluations += u64::from(method.evaluations());
+        if step.error_kpa <= limit_kpa {
+            let [manifold, chambers @ ..] = step.contents;
+            self.manifold.set_content_nl(manifold);
+            for (chamber, content_nl) in self.chambers.iter_mut().zip(chambers) {
+                chamber.set_content_nl(content_nl);
+            }
+        }
+        step.error_kpa
+    }
+
+    /// Bends the finger; returns how far off the volumes were that the air flowed with, as a pressure, kPa.
+    #[inline]
+    fn bend(&mut self, lag: &LagStep) -> f64 {
+        let mut worst_kpa = 0.0_f64;
+        for (bend, chamber) in self.bends.iter_mut().zip(&mut self.chambers) {
+            let (ahead_l, before_l) = (bend.volume_ahead_l(lag), chamber.volume_l());
+            bend.step(chamber, self.parameters.gas.atmosphere_kpa, lag);
+            let off_l = ahead_l - 0.5 * (before_l + chamber.volume_l());
+            worst_kpa = worst_kpa.max((off_l * chamber.kpa_per_l()).abs());
+        }
+        worst_kpa
+    }
+
+    fn state(&self) -> State {
+        State {
+            manifold: self.manifold,
+            chambers: self.chambers,
+            bends: core::array::from_fn(|i| self.bends[i].state()),
+        }
+    }
+
+    fn restore(&mut self, state: State) {
+        (self.manifold, self.chambers) = (state.manifold, state.chambers);
+        for (bend, state) in self.bends.iter_mut().zip(state.bends) {
+            bend.restore(state);
+        }
+    }
+
     /// Takes the readings.
-    fn sense(&mut self, faults: &ActiveFaults) {
+    fn sense(&mut self) {
+        let faults = self.faults_now;
         // Both are drawn even while a sensor is broken: a fault does not change the other sensor's noise.
         let mut draw = || if self.noisy { StandardNormal.sample(&mut self.rng) } else { 0.0 };
         let (pressure_noise, bend_noise) = (draw(), draw());
