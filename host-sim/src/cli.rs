@@ -5,6 +5,7 @@
 
 use crate::eval::{self, EvalError, Function};
 use crate::metrics::{Summary, summarise};
+use crate::pareto;
 use crate::report::{self, Folder};
 use crate::simulate::{Program, Run};
 use crate::trace::Trace;
@@ -15,7 +16,7 @@ use model_core::calibration;
 use model_core::sequence::{self, library};
 use model_core::units::{CoefficientError, Coefficients, Pressure};
 use std::io::{IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The command line.
 #[derive(Debug, Parser)]
@@ -48,6 +49,18 @@ enum Command {
         /// Prints a JSON object a line.
         #[arg(long)]
         json: bool,
+    },
+    /// Compares choices, speed against error, and writes table and picture.
+    Pareto {
+        /// The integrators of the simulated plant.
+        #[arg(long)]
+        plant: bool,
+        /// Prints JSON.
+        #[arg(long)]
+        json: bool,
+        /// Where picture and table go.
+        #[arg(long, value_name = "DIR", default_value = "target/pareto")]
+        out: PathBuf,
     },
 }
 
@@ -165,6 +178,10 @@ fn execute(arguments: Arguments, on_elf: Option<OnElf>) -> u8 {
         Some(Command::Eval { function, calibration, json }) => {
             evaluate(function, calibration.unwrap_or(calibration::DEFAULT), json)
         }
+        Some(Command::Pareto { plant: true, json, out }) => pareto_plant(json, &out),
+        Some(Command::Pareto { plant: false, .. }) => {
+            Err(Failure::Input("pareto needs what to compare: --plant".to_owned()))
+        }
     };
     match outcome {
         Ok(()) => 0,
@@ -220,7 +237,7 @@ fn run(arguments: &RunArguments, on_elf: Option<OnElf>) -> Result<(), Failure> {
     }
     let folder = Folder::prepare(&arguments.out).map_err(|error| Failure::Input(format!("{error:#}")))?;
     let run = Run::new(program, arguments.seed);
-    let bar = progress_bar();
+    let bar = progress_bar("{bar:40} {percent:>3} % of {len} ms simulated");
     let mut progress = |done, total| {
         bar.set_length(u64::from(total));
         bar.set_position(u64::from(done));
@@ -250,11 +267,11 @@ fn run(arguments: &RunArguments, on_elf: Option<OnElf>) -> Result<(), Failure> {
     Ok(())
 }
 
-fn progress_bar() -> ProgressBar {
+fn progress_bar(template: &str) -> ProgressBar {
     if !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();
     }
-    let style = ProgressStyle::with_template("{bar:40} {percent:>3} % of {len} ms simulated");
+    let style = ProgressStyle::with_template(template);
     ProgressBar::new(1).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
@@ -320,6 +337,28 @@ fn list(json: bool) -> Result<(), Failure> {
             print(&format!("{:<16} {:>6.1} s  {}\n", sequence.name, seconds, sequence.description))?;
         }
     }
+    Ok(())
+}
+
+fn pareto_plant(json: bool, out: &Path) -> Result<(), Failure> {
+    let folder = Folder::prepare(out).map_err(|error| Failure::Input(format!("{error:#}")))?;
+    let bar = progress_bar("{bar:40} {percent:>3} % of {len} measurements");
+    let report = pareto::plant::measure(|done, total| {
+        bar.set_length(total as u64);
+        bar.set_position(done as u64);
+    })?;
+    bar.finish_and_clear();
+    let picture = pareto::plant::picture(&report)?;
+    let table = pareto::plant::csv(&report)?;
+    let markdown = pareto::plant::markdown(&report);
+    let data = format!("{:#}\n", serde_json::to_value(&report).map_err(anyhow::Error::from)?);
+    folder.write(&[
+        ("plant-pareto.svg", picture.as_str()),
+        ("plant-pareto.csv", &table),
+        ("plant-pareto.md", &markdown),
+        ("plant-pareto.json", &data),
+    ])?;
+    print(&if json { data } else { pareto::plant::text(&report) })?;
     Ok(())
 }
 

@@ -4,6 +4,7 @@ pub mod cli;
 pub mod eval;
 pub mod mechanics;
 pub mod metrics;
+pub mod pareto;
 pub mod plant;
 pub mod report;
 pub mod simulate;

@@ -81,3 +81,10 @@ fn list_names_every_sequence() {
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert_eq!(json.as_array().map(Vec::len), Some(model_core::sequence::library::ALL.len()));
 }
+
+#[test]
+fn pareto_needs_to_know_what_to_compare() {
+    let output = host_sim(&["pareto"], "");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("--plant"), "{}", text(&output.stderr));
+}

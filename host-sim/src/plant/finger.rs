@@ -17,6 +17,12 @@ pub struct LagStep {
 }
 
 impl LagStep {
+    /// A step in which no time passes: it finds the static bend and nothing moves.
+    #[must_use]
+    pub const fn still() -> Self {
+        Self { share: 0.0, half_share: 0.0, ratio: 0.0 }
+    }
+
     /// For a step of `step_ms` under a time constant of `lag_ms`, which may be zero.
     #[must_use]
     pub fn new(step_ms: f64, lag_ms: f64) -> Self {
@@ -80,7 +86,8 @@ impl Bend {
     #[inline]
     #[must_use]
     pub fn volume_ahead_l(&self, step: &LagStep) -> f64 {
-        self.rest_volume_l + self.growth_l_per_rad * (self.state.alpha + (self.state.goal - self.state.alpha) * step.half_share)
+        self.rest_volume_l
+            + self.growth_l_per_rad * (self.state.alpha + (self.state.goal - self.state.alpha) * step.half_share)
     }
 
     /// One step: bends, and sets the gas's volume to fit.
@@ -187,7 +194,7 @@ mod tests {
         let mut bend = bend(0.0);
         let mut gas = GasVolume::at_pressure(REST_L, ATMOSPHERE + 100.0);
         // The goal of a step's start counts half: no time passes until it is known.
-        bend.step(&mut gas, ATMOSPHERE, &LagStep::new(1e-9, 80.0));
+        bend.step(&mut gas, ATMOSPHERE, &LagStep::still());
         let tick = LagStep::new(1.0, 80.0);
         for _ in 0..80 {
             bend.step(&mut gas, ATMOSPHERE, &tick);

@@ -194,6 +194,20 @@ impl Plant {
         plant
     }
 
+    /// The same plant with other gauge pressures (kPa, above -100) at its start; the finger is straight and the sensors have
+    /// settled at 0 kPa.
+    #[must_use]
+    pub fn starting_at(mut self, manifold_kpa: f64, chambers_kpa: [f64; 3]) -> Self {
+        let atmosphere_kpa = self.parameters.gas.atmosphere_kpa;
+        self.manifold = GasVolume::at_pressure(self.manifold.volume_l(), manifold_kpa + atmosphere_kpa);
+        for ((chamber, bend), kpa) in self.chambers.iter_mut().zip(&mut self.bends).zip(chambers_kpa) {
+            *chamber = GasVolume::at_pressure(chamber.volume_l(), kpa + atmosphere_kpa);
+            // The bend starts out towards this pressure.
+            bend.step(chamber, atmosphere_kpa, &LagStep::still());
+        }
+        self
+    }
+
     /// Advances one tick (1 ms) under the commanded actuation, and returns the readings at its end.
     ///
     /// A fault acts in the ticks that start while it is there, and in the readings taken then.

@@ -60,6 +60,15 @@ pub struct Jacobian {
     pub from_chambers: [f64; 3],
 }
 
+impl Jacobian {
+    /// The rate at which the fastest volume settles by itself, 1/s.
+    #[inline]
+    #[must_use]
+    pub fn fastest_per_s(&self) -> f64 {
+        self.chambers.iter().fold(-self.manifold, |fastest, slope| fastest.max(-slope))
+    }
+}
+
 impl Network<'_> {
     /// Absolute pressures, kPa.
     #[inline]

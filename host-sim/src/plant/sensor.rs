@@ -89,7 +89,8 @@ impl PressureSensor {
             None => {
                 let seen_kpa = self.lagged_kpa + self.zero_error_kpa + noise * self.parameters.noise_kpa;
                 let code = self.zero_code + seen_kpa * self.codes_per_kpa;
-                let stepped = if self.quantised { nearest(code * self.steps_per_code) / self.steps_per_code } else { code };
+                let stepped =
+                    if self.quantised { nearest(code * self.steps_per_code) / self.steps_per_code } else { code };
                 stepped.clamp(0.0, full)
             }
         };

@@ -34,7 +34,7 @@ impl Folder {
     }
 
     /// Writes all files or none: a failure leaves an older report as it was.
-    fn write(&self, files: &[(&str, &str)]) -> Result<Vec<PathBuf>> {
+    pub(crate) fn write(&self, files: &[(&str, &str)]) -> Result<Vec<PathBuf>> {
         let draft = |name: &str| self.0.join(format!(".{name}.part"));
         let written = files.iter().try_for_each(|(name, contents)| {
             let path = self.0.join(name);

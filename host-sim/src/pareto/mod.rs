@@ -1,0 +1,3 @@
+//! Speed against error: each choice with what it costs and what it gives.
+
+pub mod plant;
