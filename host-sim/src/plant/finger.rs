@@ -58,6 +58,8 @@ pub(super) struct BendState {
     slope: f64,
     /// What the goal moved by in the last step: where the next search starts.
     moved: f64,
+    /// Air with which bend and pressure have come to rest, NL; not a number while they move.
+    settled_nl: f64,
 }
 
 impl Bend {
@@ -65,7 +67,12 @@ impl Bend {
     #[must_use]
     pub fn new(curve: Arc<StaticCurve>, rest_volume_l: f64, growth_l_per_rad: f64) -> Self {
         let slope = curve.pressure_and_slope(0.0).1;
-        Self { curve, rest_volume_l, growth_l_per_rad, state: BendState { alpha: 0.0, goal: 0.0, slope, moved: 0.0 } }
+        Self {
+            curve,
+            rest_volume_l,
+            growth_l_per_rad,
+            state: BendState { alpha: 0.0, goal: 0.0, slope, moved: 0.0, settled_nl: f64::NAN },
+        }
     }
 
     /// The bend in radians.
@@ -100,19 +107,28 @@ impl Bend {
     /// which bend and pressure settle with each other (on the default plant: below 0.001 kPa) the end's goal counts alone.
     #[inline]
     pub fn step(&mut self, gas: &mut GasVolume, atmosphere_kpa: f64, step: &LagStep) {
-        // Pressure lost per bend gained, kPa/rad.
-        let coupling = gas.kpa_per_l() * self.growth_l_per_rad;
-        let stiff = step.ratio * (self.state.slope + coupling) > 0.5 * self.state.slope;
+        // Held for seconds: no less than 1e-10 rad would come of it.
+        let content_nl = gas.content_nl();
+        #[expect(clippy::float_cmp, reason = "untouched, not merely near")]
+        if content_nl == self.state.settled_nl {
+            return;
+        }
+        // The slope, and the pressure lost per bend gained, kPa/rad, both times the volume squared.
+        let slope = self.state.slope * gas.volume_l() * gas.volume_l();
+        let coupling = content_nl * REFERENCE_KPA * self.growth_l_per_rad;
+        let stiff = step.ratio * (slope + coupling) > 0.5 * slope;
         let end_share = if stiff || step.share >= 1.0 { 1.0 } else { 0.5 };
         let base = self.state.alpha + (self.state.goal * (1.0 - end_share) - self.state.alpha) * step.share;
         let share = step.share * end_share;
-        self.solve(gas.content_nl() * REFERENCE_KPA, atmosphere_kpa, base, share);
+        self.solve(content_nl * REFERENCE_KPA, atmosphere_kpa, base, share);
         self.state.alpha = base + self.state.goal * share;
         // The tail of the exponential, far below anything measurable, would end in slow denormal numbers.
         if self.state.goal <= 0.0 && self.state.alpha < 1e-12 {
             self.state.alpha = 0.0;
         }
         gas.set_volume_l(self.rest_volume_l + self.growth_l_per_rad * self.state.alpha);
+        let still = (self.state.goal - self.state.alpha).abs() < 1e-10 && self.state.moved.abs() < 1e-10;
+        self.state.settled_nl = if still { content_nl } else { f64::NAN };
     }
 
     /// Sets the goal to the static bend whose model pressure is the gas's at a bend of `base + share * goal`;

@@ -31,6 +31,7 @@ pub struct PressureSensor {
     /// Code at 0 kPa, codes for each kPa, and code below which the wire is broken.
     zero_code: f64,
     codes_per_kpa: f64,
+    kpa_per_code: f64,
     below_range_code: f64,
     /// Mean code steps per code: 1 when all conversions of a tick give the same code, more when noise dithers them.
     steps_per_code: f64,
@@ -57,6 +58,7 @@ impl PressureSensor {
             codes,
             zero_code: parameters.zero_volts * codes_per_volt,
             codes_per_kpa: parameters.volts_per_kpa * codes_per_volt,
+            kpa_per_code: 1.0 / (parameters.volts_per_kpa * codes_per_volt),
             below_range_code: parameters.below_range_volts * codes_per_volt,
             share: if lag_ms > 0.0 { -(-1.0 / lag_ms).exp_m1() } else { 1.0 },
             zero_error_kpa,
@@ -110,7 +112,7 @@ impl PressureSensor {
         } else if self.code < self.below_range_code {
             Reading::BelowRange
         } else {
-            let kpa = (self.code - self.zero_code) / self.codes_per_kpa;
+            let kpa = (self.code - self.zero_code) * self.kpa_per_code;
             Reading::Valid(Pressure::from_bits(nearest(kpa * BITS_PER_UNIT) as i32))
         }
     }

@@ -142,6 +142,7 @@ fn dominated_are_those_that_another_beats() {
         max_bend_error_deg: 0.0,
         evaluations_per_tick: 0.0,
         simulated_seconds_per_second: speed,
+        fastest_simulated_seconds_per_second: speed,
         stiff: Vec::new(),
         closed_drift_nl: 0.0,
     };
