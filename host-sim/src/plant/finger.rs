@@ -107,7 +107,7 @@ impl Bend {
     /// which bend and pressure settle with each other (on the default plant: below 0.001 kPa) the end's goal counts alone.
     #[inline]
     pub fn step(&mut self, gas: &mut GasVolume, atmosphere_kpa: f64, step: &LagStep) {
-        // Held for seconds: no less than 1e-10 rad would come of it.
+        // Held for seconds: no more than 1e-12 rad would come of it.
         let content_nl = gas.content_nl();
         #[expect(clippy::float_cmp, reason = "untouched, not merely near")]
         if content_nl == self.state.settled_nl {
@@ -127,7 +127,7 @@ impl Bend {
             self.state.alpha = 0.0;
         }
         gas.set_volume_l(self.rest_volume_l + self.growth_l_per_rad * self.state.alpha);
-        let still = (self.state.goal - self.state.alpha).abs() < 1e-10 && self.state.moved.abs() < 1e-10;
+        let still = (self.state.goal - self.state.alpha).abs() < 1e-12 && self.state.moved.abs() < 1e-12;
         self.state.settled_nl = if still { content_nl } else { f64::NAN };
     }
 
@@ -143,12 +143,13 @@ impl Bend {
             return;
         }
         // The excess of the model's pressure over the gas's, times the volume, is a smooth function of the goal that
-        // rises everywhere: one zero, and Newton's method for it. A bracket takes the cases where it would leave.
+        // rises everywhere: one zero, and Chebyshev's method for it, which is Newton's with the curvature. A bracket takes
+        // the cases where it would leave.
         let (mut low, mut high) = (0.0, PI);
         let last = self.state.goal;
         let mut goal = (last + self.state.moved).max(1e-5);
         for _ in 0..60 {
-            let (model, slope) = self.curve.pressure_and_slope(goal);
+            let (model, slope, curvature) = self.curve.pressure_and_slopes(goal);
             self.state.slope = slope;
             let volume = base_volume + growth * goal;
             let absolute = model + atmosphere_kpa;
@@ -158,13 +159,17 @@ impl Bend {
             } else {
                 high = goal;
             }
-            let newton = goal - excess / (slope * volume + absolute * growth);
-            // The ends belong to it: at the root Newton's step is zero, and must not be taken for one that leaves.
-            let next = if newton >= low && newton <= high { newton } else { 0.5 * (low + high) };
+            let per_slope = 1.0 / (slope * volume + absolute * growth);
+            let newton = excess * per_slope;
+            // Twice the curvature's share of Newton's step; far from the root the parabola is no guide.
+            let bow = (curvature * volume + 2.0 * slope * growth) * per_slope * newton;
+            let next = goal - newton * (1.0 + 0.5 * bow.clamp(-1.0, 1.0));
+            // The ends belong to it: at the root the step is zero, and must not be taken for one that leaves.
+            let next = if next >= low && next <= high { next } else { 0.5 * (low + high) };
             let moved = (next - goal).abs();
             goal = next;
-            // Newton squares its error: after a step of 1e-7 what remains is rounding.
-            if moved <= 1e-7 * goal {
+            // The method cubes its error: after a step of 3e-5 what remains is rounding.
+            if moved <= 3e-5 * goal {
                 break;
             }
         }

@@ -184,3 +184,69 @@ impl Factored {
         [manifold, x, y, z]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::parameters::{OrificeParameters, PumpParameters};
+    use crate::plant::pump::Pump;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn slopes_are_the_derivatives_and_the_arrow_is_solved(
+            absolute_kpa in prop::array::uniform4(60.0..300.0_f64),
+            right in prop::array::uniform4(-1.0..1.0_f64),
+            weight_s in 1e-5..0.1_f64,
+            open in prop::array::uniform7(prop::bool::ANY),
+        ) {
+            let orifice = Orifice::new(&OrificeParameters::default());
+            let mut pump = Pump::new(&PumpParameters::default(), 0, 0.0);
+            pump.step(true, None);
+            let way = |index: usize| open[index].then_some(&orifice);
+            let network = Network {
+                atmosphere_kpa: 101.325,
+                pump: pump.delivery(0.5),
+                dump: way(0),
+                segments: [way(1), way(2), way(3)],
+                leaks: [way(4), way(5), way(6)],
+                kpa_per_nl: [20_000.0, 14_000.0, 12_000.0, 11_000.0],
+            };
+            let contents: Contents = core::array::from_fn(|i| absolute_kpa[i] / network.kpa_per_nl[i]);
+            let (rates, jacobian) = network.rates_and_jacobian(&contents);
+            let plain = network.rates(&contents);
+            for i in 0..4 {
+                prop_assert!((rates[i] - plain[i]).abs() < 1e-15);
+            }
+            // The whole matrix, row by row.
+            let mut matrix = [[0.0; 4]; 4];
+            matrix[0][0] = jacobian.manifold;
+            for i in 0..3 {
+                matrix[0][i + 1] = jacobian.from_chambers[i];
+                matrix[i + 1][0] = jacobian.into_chambers[i];
+                matrix[i + 1][i + 1] = jacobian.chambers[i];
+            }
+            // A difference across an edge of the law is no derivative.
+            let step = 1e-9;
+            for column in 0..4 {
+                let moved = |sign: f64| {
+                    let mut contents = contents;
+                    contents[column] += sign * step;
+                    network.rates(&contents)
+                };
+                let (up, down) = (moved(1.0), moved(-1.0));
+                for row in 0..4 {
+                    let (left, right) = ((up[row] - plain[row]) / step, (plain[row] - down[row]) / step);
+                    prop_assume!((left - right).abs() < 1e-3 * (1.0 + left.abs()));
+                    let slope = matrix[row][column];
+                    prop_assert!((0.5 * (left + right) - slope).abs() < 1e-3 * (1.0 + slope.abs()), "{} {}", row, column);
+                }
+            }
+            let solution = Factored::new(&jacobian, weight_s).solve(&right);
+            for row in 0..4 {
+                let product: f64 = (0..4).map(|column| matrix[row][column] * solution[column]).sum();
+                prop_assert!((solution[row] - weight_s * product - right[row]).abs() < 1e-10);
+            }
+        }
+    }
+}

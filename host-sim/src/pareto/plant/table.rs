@@ -7,7 +7,7 @@ use anyhow::{Result, anyhow};
 fn error(value: Option<f64>) -> String {
     match value {
         None => "-".to_owned(),
-        Some(value) if value == 0.0 => "0".to_owned(),
+        Some(0.0) => "0".to_owned(),
         Some(value) if value.abs() < 1e-3 || value.abs() >= 1e5 => format!("{value:.1e}"),
         Some(value) => {
             let digits = (1 - value.abs().log10().floor() as i32).clamp(0, 5) as usize;
