@@ -3,7 +3,7 @@
 //! P(alpha) and not alpha(P) is tabulated, because it is smooth: alpha(P) has infinite slope at P = 0 when k = 0, and for
 //! k > 0 a scale of its own there. The plant solves for alpha anyway, together with the chamber's volume.
 //!
-//! In each of [`CELLS`] cells of equal width a polynomial of degree five takes pressure and slope from
+//! In each of 256 cells of equal width a polynomial of degree five takes pressure and slope from
 //! [`crate::mechanics`] at both ends and in the middle. Over the finger's working range (150 kPa) it stays within 1e-9 kPa of
 //! the function it stands for, and up to its end every pressure is crossed within 1e-7 degrees of the right bend
 //! (`the_table_is_as_good_as_the_function`). Beyond the last cell the function itself answers.

@@ -28,6 +28,23 @@ fn colour(row: &IntegratorRow) -> RGBColor {
     }
 }
 
+/// Height of a label, pixels.
+const LABEL_HEIGHT: i32 = 10;
+
+/// Width of a label, pixels, generously.
+fn label_width(label: &str) -> i32 {
+    label.chars().count() as i32 * 6
+}
+
+/// The spot nearest below or above at which a label covers no earlier one.
+fn free_spot(taken: &[(i32, i32)], (x, y): (i32, i32), width: i32) -> (i32, i32) {
+    let free = |y: i32| {
+        taken.iter().all(|&(other_x, other_y)| (other_y - y).abs() > LABEL_HEIGHT || (other_x - x).abs() > width)
+    };
+    let nearest = (0..40).flat_map(|step| [y + step, y - step]).find(|&y| free(y));
+    (x, nearest.unwrap_or(y))
+}
+
 /// Every choice as a point; dominated ones are grey, the default is marked, the targets are dashed.
 ///
 /// # Errors
@@ -65,6 +82,7 @@ pub fn picture(report: &Report) -> Result<String> {
             let dashed = DashedLineSeries::new([from, to], 5, 5, INK.stroke_width(1));
             chart.draw_series(dashed).map_err(drawing)?;
         }
+        let mut taken: Vec<(i32, i32)> = Vec::new();
         for row in &report.integrators {
             let (place, colour) =
                 ((row.fastest_simulated_seconds_per_second, row.max_error_kpa.min(TOP_KPA)), colour(row));
@@ -72,13 +90,30 @@ pub fn picture(report: &Report) -> Result<String> {
             let mark = if row.default { " (default)" } else { "" };
             let label = format!("{}, {}{mark}", row.integrator, row.step);
             let ink = if row.dominated && !row.default { GREY } else { INK };
-            let style = ("sans-serif", 10, &ink).into_text_style(&area);
-            let element = EmptyElement::at(place)
-                + Circle::new((0, 0), radius, colour.filled())
-                + Text::new(label, (radius + 3, -5), style);
-            chart.draw_series(core::iter::once(element)).map_err(drawing)?;
+            let style = ("sans-serif", LABEL_HEIGHT, &ink).into_text_style(&area);
+            chart.draw_series(core::iter::once(Circle::new(place, radius, colour.filled()))).map_err(drawing)?;
+            let (x, y) = chart.backend_coord(&place);
+            let spot = free_spot(&taken, (x + radius + 3, y - LABEL_HEIGHT / 2), label_width(&label));
+            taken.push(spot);
+            area.draw_text(&label, &style, spot).map_err(drawing)?;
         }
         area.present().map_err(drawing)?;
     }
     Ok(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_do_not_cover_each_other() {
+        let mut taken = Vec::new();
+        for index in 0..6 {
+            let spot = free_spot(&taken, (100 + index, 200), 80);
+            assert!(taken.iter().all(|&(_, y): &(i32, i32)| (y - spot.1).abs() > LABEL_HEIGHT), "{taken:?} {spot:?}");
+            taken.push(spot);
+        }
+        assert_eq!(free_spot(&taken, (500, 200), 80), (500, 200));
+    }
 }
