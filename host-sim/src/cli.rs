@@ -12,11 +12,10 @@ use crate::simulate::{Program, Run};
 use crate::trace::Trace;
 use anyhow::{Result, anyhow};
 use clap::{Args, Parser, Subcommand};
-use indicatif::{ProgressBar, ProgressStyle};
 use model_core::calibration;
 use model_core::sequence::{self, library};
 use model_core::units::{CoefficientError, Coefficients, Pressure};
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// The command line.
@@ -40,15 +39,6 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// Compares the ways to compute the model: error, time on this host, state; writes table and pictures.
-    Pareto {
-        /// Where table and pictures go.
-        #[arg(long, value_name = "DIR", default_value = "target/pareto")]
-        out: PathBuf,
-        /// Prints the figures as JSON.
-        #[arg(long)]
-        json: bool,
-    },
     /// Evaluates the controller's fixed-point model: a number a line on stdin, a result a line on stdout.
     Eval {
         /// Which direction.
@@ -62,6 +52,19 @@ enum Command {
         /// Prints a JSON object a line.
         #[arg(long)]
         json: bool,
+    },
+    /// Compares speed against error: the ways to compute the model, in error, time on this host and state. Writes table and
+    /// pictures.
+    Pareto {
+        /// The simulated plant's integrators instead.
+        #[arg(long)]
+        plant: bool,
+        /// Prints JSON.
+        #[arg(long)]
+        json: bool,
+        /// Where picture and table go.
+        #[arg(long, value_name = "DIR", default_value = "target/pareto")]
+        out: PathBuf,
     },
 }
 
@@ -176,10 +179,11 @@ fn execute(arguments: Arguments, on_elf: Option<OnElf>) -> u8 {
         None => run(&arguments.run, on_elf),
         Some(Command::Run(run_arguments)) => run(&run_arguments, on_elf),
         Some(Command::List { json }) => list(json),
-        Some(Command::Pareto { out, json }) => pareto(&out, json),
         Some(Command::Eval { function, method, calibration, json }) => {
             evaluate(function, method, calibration.unwrap_or(calibration::DEFAULT), json)
         }
+        Some(Command::Pareto { plant: true, json, out }) => pareto_plant(json, &out),
+        Some(Command::Pareto { plant: false, json, out }) => pareto_inverse(json, &out),
     };
     match outcome {
         Ok(()) => 0,
@@ -235,7 +239,7 @@ fn run(arguments: &RunArguments, on_elf: Option<OnElf>) -> Result<(), Failure> {
     }
     let folder = Folder::prepare(&arguments.out).map_err(|error| Failure::Input(format!("{error:#}")))?;
     let run = Run::new(program, arguments.seed);
-    let bar = progress_bar();
+    let bar = crate::progress::bar(1, "ms simulated");
     let mut progress = |done, total| {
         bar.set_length(u64::from(total));
         bar.set_position(u64::from(done));
@@ -263,14 +267,6 @@ fn run(arguments: &RunArguments, on_elf: Option<OnElf>) -> Result<(), Failure> {
         return Err(Failure::Run(anyhow!("the run ended in the fault {fault}: see the report")));
     }
     Ok(())
-}
-
-fn progress_bar() -> ProgressBar {
-    if !std::io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let style = ProgressStyle::with_template("{bar:40} {percent:>3} % of {len} ms simulated");
-    ProgressBar::new(1).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 /// The summary for people.
@@ -338,9 +334,31 @@ fn list(json: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-fn pareto(out: &Path, json: bool) -> Result<(), Failure> {
+fn pareto_inverse(json: bool, out: &Path) -> Result<(), Failure> {
     let folder = Folder::prepare(out).map_err(|error| Failure::Input(format!("{error:#}")))?;
     print(&pareto::inverse::run(json, &folder)?)?;
+    Ok(())
+}
+
+fn pareto_plant(json: bool, out: &Path) -> Result<(), Failure> {
+    let folder = Folder::prepare(out).map_err(|error| Failure::Input(format!("{error:#}")))?;
+    let bar = crate::progress::bar(1, "measurements");
+    let report = pareto::plant::measure(|done, total| {
+        bar.set_length(total as u64);
+        bar.set_position(done as u64);
+    })?;
+    bar.finish_and_clear();
+    let picture = pareto::plant::picture(&report)?;
+    let table = pareto::plant::csv(&report)?;
+    let markdown = pareto::plant::markdown(&report);
+    let data = format!("{:#}\n", serde_json::to_value(&report).map_err(anyhow::Error::from)?);
+    folder.write(&[
+        ("plant-pareto.svg", picture.as_str()),
+        ("plant-pareto.csv", &table),
+        ("plant-pareto.md", &markdown),
+        ("plant-pareto.json", &data),
+    ])?;
+    print(&if json { data } else { pareto::plant::text(&report) })?;
     Ok(())
 }
 

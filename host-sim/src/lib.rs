@@ -7,6 +7,7 @@ pub mod methods;
 pub mod metrics;
 pub mod pareto;
 pub mod plant;
+mod progress;
 pub mod report;
 pub mod simulate;
 pub mod trace;

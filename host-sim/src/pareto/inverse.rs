@@ -189,7 +189,7 @@ fn time_ratios(entries: &[Entry], direction: Direction) -> Vec<f64> {
 pub fn measure() -> Report {
     let entries = methods::all();
     let calibrations = calibrations();
-    let bar = super::progress_bar(calibrations.len() + Direction::ALL.len(), "steps");
+    let bar = crate::progress::bar(calibrations.len() + Direction::ALL.len(), "steps");
     let mut found = vec![[(Errors::default(), Errors::default()); 2]; entries.len()];
     let mut samples = [0; 2];
     for (index, coefficients) in calibrations.iter().enumerate() {

@@ -5,18 +5,31 @@
 pub struct Delay<T> {
     line: Box<[T]>,
     next: usize,
+    last: T,
+    /// How often in a row `last` has come in; no more than the line's length, when it fills the line.
+    same: usize,
 }
 
-impl<T: Copy> Delay<T> {
+impl<T: Copy + PartialEq> Delay<T> {
     /// A delay of `ticks` (1 ms each), filled with `initial`; zero ticks hand values straight through.
     #[must_use]
     pub fn new(ticks: u32, initial: T) -> Self {
-        Self { line: vec![initial; ticks as usize].into_boxed_slice(), next: 0 }
+        let ticks = ticks as usize;
+        Self { line: vec![initial; ticks].into_boxed_slice(), next: 0, last: initial, same: ticks }
     }
 
     /// Takes this tick's value and returns the one that now comes out.
+    #[inline]
     pub fn step(&mut self, value: T) -> T {
         let length = self.line.len();
+        // Actuators rest most of the time: a line that holds nothing else need not turn.
+        if value != self.last {
+            self.same = 0;
+            self.last = value;
+        } else if self.same == length {
+            return value;
+        }
+        self.same += 1;
         let Some(slot) = self.line.get_mut(self.next) else {
             return value;
         };

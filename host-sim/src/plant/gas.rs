@@ -10,30 +10,29 @@
 pub const REFERENCE_KPA: f64 = 100.0;
 
 /// A volume and the air in it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GasVolume {
     content_nl: f64,
     volume_l: f64,
-    kpa_per_nl: f64,
 }
 
 impl GasVolume {
     /// A volume in litres (above zero), filled to an absolute pressure in kPa.
     #[must_use]
     pub fn at_pressure(volume_l: f64, absolute_kpa: f64) -> Self {
-        Self { content_nl: absolute_kpa * volume_l / REFERENCE_KPA, volume_l, kpa_per_nl: REFERENCE_KPA / volume_l }
+        Self { content_nl: absolute_kpa * volume_l / REFERENCE_KPA, volume_l }
     }
 
     /// Absolute pressure in kPa.
     #[must_use]
     pub fn absolute_kpa(&self) -> f64 {
-        self.content_nl * self.kpa_per_nl
+        self.content_nl * REFERENCE_KPA / self.volume_l
     }
 
-    /// Absolute pressure in kPa that it would have with `added_nl` normal litres more.
+    /// Pressure lost for each litre gained, kPa/L.
     #[must_use]
-    pub fn absolute_kpa_with(&self, added_nl: f64) -> f64 {
-        (self.content_nl + added_nl) * self.kpa_per_nl
+    pub fn kpa_per_l(&self) -> f64 {
+        self.absolute_kpa() / self.volume_l
     }
 
     /// The air in it, in normal litres.
@@ -48,6 +47,11 @@ impl GasVolume {
         self.volume_l
     }
 
+    /// Takes the air in it, in normal litres, for what a step made of it.
+    pub fn set_content_nl(&mut self, content_nl: f64) {
+        self.content_nl = content_nl;
+    }
+
     /// Adds air, in normal litres; negative takes it away.
     pub fn add(&mut self, nl: f64) {
         self.content_nl += nl;
@@ -56,7 +60,6 @@ impl GasVolume {
     /// Changes the volume (litres, above zero) and keeps the air.
     pub fn set_volume_l(&mut self, volume_l: f64) {
         self.volume_l = volume_l;
-        self.kpa_per_nl = REFERENCE_KPA / volume_l;
     }
 }
 
@@ -72,7 +75,8 @@ mod tests {
         assert!((gas.absolute_kpa() - 50.0).abs() < 1e-12);
         gas.add(0.03);
         assert!((gas.absolute_kpa() - 150.0).abs() < 1e-12);
-        assert!((gas.absolute_kpa_with(-0.015) - 100.0).abs() < 1e-12);
         assert!((gas.content_nl() - 0.045).abs() < 1e-15);
+        gas.set_content_nl(0.03);
+        assert!((gas.absolute_kpa() - 100.0).abs() < 1e-12);
     }
 }

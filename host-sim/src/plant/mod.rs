@@ -3,39 +3,49 @@
 //! Each part is a struct in a file of its own; a [`Scene`] leaves parts out or breaks them, [`PlantParameters`] holds
 //! every figure. Same parameters, scene and seed: same readings, bit for bit.
 //!
-//! Within a tick the air flows in sub-steps (Heun's method on the contents of the four volumes) with the actuators'
-//! state and the volumes held; at its end the finger bends and the volumes follow. Air is only ever moved, so its sum
-//! changes by what passes the pump, the dump valve and leaks.
+//! A tick is one or more steps of the same kind. In a step the air flows with the volumes of its middle, as far as they can
+//! be told before it; then the finger bends and the volumes follow ([`finger::Bend`]). Both halves are of second order, so the
+//! whole is, with any [`integrator::Method`] of second order or more. Air is only ever moved, so its sum changes by what
+//! passes the pump, the dump valve and leaks.
 //!
-//! Stability: the stiffest case is the 5 mL manifold with all four valves in their laminar zone, about 1,300 per second.
-//! A sub-step of 200 us times that is 0.26; Heun's method is stable up to 2 and free of overshoot up to 1.
+//! Stability: the stiffest case of the default plant is the 5 mL manifold with all four valves in their laminar zone, about
+//! 1,300 per second. A small manifold or a torn chamber multiplies that. The default, ROS2, is stable at any stiffness and
+//! takes one step a tick; the explicit methods need steps below 2 over that rate. docs/simulator.md compares all of them
+//! with a reference of tight tolerance.
 
 pub mod delay;
 pub mod fault;
 pub mod finger;
 pub mod gas;
+pub mod integrator;
+pub mod network;
 pub mod parameters;
 pub mod pump;
 pub mod scene;
 pub mod sensor;
+pub mod static_curve;
 pub mod valve;
 
 pub use fault::{FaultKind, InjectedFault};
+pub use integrator::Method;
 pub use parameters::PlantParameters;
 pub use scene::{Part, Scene};
 
 use fault::ActiveFaults;
-use finger::Bend;
-use gas::GasVolume;
+use finger::{Bend, BendState, LagStep};
+use gas::{GasVolume, REFERENCE_KPA};
 use model_core::actuation::{Actuation, Passage, Segment};
 use model_core::controller::{Inputs, Reading};
 use model_core::units::Millis;
+use network::{Contents, Network};
 use parameters::OrificeParameters;
 use pump::Pump;
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use sensor::{BendSensor, PressureSensor};
+use static_curve::StaticCurve;
+use std::sync::Arc;
 use valve::{Orifice, Valve};
 
 /// What is really so, as no sensor can tell.
@@ -65,13 +75,15 @@ pub struct Truth {
     pub segments: [Passage; 3],
 }
 
-/// Flows at one moment, NL/s.
+/// Halvings of a tick that the adaptive method may take: steps of 1 ms down to 1 us.
+const HALVINGS: u32 = 10;
+
+/// What a step changes, to take it back.
 #[derive(Clone, Copy)]
-struct Flows {
-    pump: f64,
-    dump: f64,
-    segments: [f64; 3],
-    leaks: [f64; 3],
+struct State {
+    manifold: GasVolume,
+    chambers: [GasVolume; 3],
+    bends: [BendState; 3],
 }
 
 /// The machine.
@@ -87,9 +99,17 @@ pub struct Plant {
     dump: Valve,
     segments: [Valve; 3],
     leaks: [Option<Orifice>; 3],
+    /// The conductance each leak was made for, NL/(s bar).
+    leaks_nl_per_s_bar: [f64; 3],
     manifold: GasVolume,
     chambers: [GasVolume; 3],
     bends: [Bend; 3],
+    /// The finger's lag over a tick halved as often as the index says; for a fixed step its own, alone.
+    lags: Vec<LagStep>,
+    /// How often the adaptive method halves the tick at present.
+    halvings: u32,
+    evaluations: u64,
+    faults_now: ActiveFaults,
     pressure_sensor: PressureSensor,
     bend_sensor: BendSensor,
     /// The readings at `now`.
@@ -117,6 +137,21 @@ impl Plant {
         let growth_l_per_rad =
             scene.volume_growth.or_zero(rest_l * finger.volume_growth / finger.growth_reference_deg.to_radians());
         let atmosphere_kpa = parameters.gas.atmosphere_kpa;
+        let lag_ms = scene.finger_lag.or_zero(finger.lag_ms);
+        let lags = if let Method::Adaptive { .. } = parameters.integration.method {
+            (0..=HALVINGS).map(|halvings| LagStep::new((-f64::from(halvings)).exp2(), lag_ms)).collect()
+        } else {
+            vec![LagStep::new(1.0 / f64::from(parameters.integration.sub_steps.max(1)), lag_ms)]
+        };
+        // Segments with the same coefficients share one table: it then stays in the cache.
+        let mut curves: Vec<Arc<StaticCurve>> = Vec::new();
+        let bends = finger.coefficients_kpa.map(|coefficients| {
+            let bits = |coefficients: &[f64; 3]| coefficients.map(f64::to_bits);
+            let made = curves.iter().find(|curve| bits(curve.coefficients_kpa()) == bits(&coefficients));
+            let curve = made.cloned().unwrap_or_else(|| Arc::new(StaticCurve::new(coefficients)));
+            curves.push(Arc::clone(&curve));
+            Bend::new(curve, rest_l, growth_l_per_rad)
+        });
 
         let mut plant = Self {
             now: Millis::ZERO,
@@ -130,11 +165,14 @@ impl Plant {
             dump: valve(&parameters.dump_valve),
             segments: core::array::from_fn(|_| valve(&parameters.segment_valve)),
             leaks: [None; 3],
+            leaks_nl_per_s_bar: [0.0; 3],
             manifold: GasVolume::at_pressure(parameters.gas.manifold_ml / 1000.0, atmosphere_kpa),
             chambers: [GasVolume::at_pressure(rest_l, atmosphere_kpa); 3],
-            bends: finger.coefficients_kpa.map(|coefficients| {
-                Bend::new(coefficients, rest_l, growth_l_per_rad, scene.finger_lag.or_zero(finger.lag_ms))
-            }),
+            bends,
+            lags,
+            halvings: 0,
+            evaluations: 0,
+            faults_now: ActiveFaults::default(),
             pressure_sensor: PressureSensor::new(
                 &parameters.pressure_sensor,
                 scene.sensor_lag.or_zero(parameters.pressure_sensor.lag_ms),
@@ -153,37 +191,59 @@ impl Plant {
             faults: scene.faults,
             parameters,
         };
-        let faults = ActiveFaults::at(&plant.faults, plant.now);
-        plant.sense(&faults);
+        plant.faults_now = ActiveFaults::at(&plant.faults, plant.now);
+        plant.sense();
         plant
+    }
+
+    /// The same plant with other gauge pressures (kPa, above -100) at its start; the finger is straight and the sensors have
+    /// settled at 0 kPa.
+    #[must_use]
+    pub fn starting_at(mut self, manifold_kpa: f64, chambers_kpa: [f64; 3]) -> Self {
+        let atmosphere_kpa = self.parameters.gas.atmosphere_kpa;
+        self.manifold = GasVolume::at_pressure(self.manifold.volume_l(), manifold_kpa + atmosphere_kpa);
+        for ((chamber, bend), kpa) in self.chambers.iter_mut().zip(&mut self.bends).zip(chambers_kpa) {
+            *chamber = GasVolume::at_pressure(chamber.volume_l(), kpa + atmosphere_kpa);
+            // The bend starts out towards this pressure.
+            bend.step(chamber, atmosphere_kpa, &LagStep::still());
+        }
+        self
     }
 
     /// Advances one tick (1 ms) under the commanded actuation, and returns the readings at its end.
     ///
     /// A fault acts in the ticks that start while it is there, and in the readings taken then.
     pub fn step(&mut self, actuation: &Actuation) -> Inputs {
-        let faults = ActiveFaults::at(&self.faults, self.now);
+        let faults = self.faults_now;
         self.pump.step(actuation.pump, faults.pump);
         self.dump.step(actuation.dump, faults.dump);
         for segment in 0..3 {
             self.segments[segment].step(actuation.segments[segment], faults.segments[segment]);
-            let conductance = faults.leaks_nl_per_s_bar[segment];
-            self.leaks[segment] = (conductance > 0.0).then(|| {
-                Orifice::new(&OrificeParameters {
-                    conductance_nl_per_s_bar: conductance,
-                    ..self.parameters.segment_valve.clone()
+        }
+        #[expect(clippy::float_cmp, reason = "changed at all, not by how much")]
+        let leaks_changed = faults.leaks_nl_per_s_bar != self.leaks_nl_per_s_bar;
+        if leaks_changed {
+            self.leaks_nl_per_s_bar = faults.leaks_nl_per_s_bar;
+            self.leaks = faults.leaks_nl_per_s_bar.map(|conductance| {
+                (conductance > 0.0).then(|| {
+                    Orifice::new(&OrificeParameters {
+                        conductance_nl_per_s_bar: conductance,
+                        ..self.parameters.segment_valve.clone()
+                    })
                 })
             });
         }
-        self.move_air();
-        for (bend, chamber) in self.bends.iter_mut().zip(&mut self.chambers) {
-            bend.step(chamber, self.parameters.gas.atmosphere_kpa);
+        match self.parameters.integration.method {
+            Method::Adaptive { tolerance_kpa } => self.advance_adaptively(tolerance_kpa),
+            method => self.advance(method),
         }
         self.pressure_sensor.step(self.manifold_gauge_kpa());
 
         self.now = self.now + Millis(1);
-        let faults = ActiveFaults::at(&self.faults, self.now);
-        self.sense(&faults);
+        if !self.faults.is_empty() {
+            self.faults_now = ActiveFaults::at(&self.faults, self.now);
+        }
+        self.sense();
         self.inputs
     }
 
@@ -221,7 +281,8 @@ impl Plant {
         let atmosphere_kpa = self.parameters.gas.atmosphere_kpa;
         let manifold_kpa = self.manifold.absolute_kpa();
         let chambers_kpa = self.chambers.map(|chamber| chamber.absolute_kpa());
-        let flows = self.flows(manifold_kpa, chambers_kpa);
+        let volumes_l = self.chambers.map(|chamber| chamber.volume_l());
+        let flows = self.network(1.0, volumes_l).flows(&self.contents());
         Truth {
             manifold_kpa: manifold_kpa - atmosphere_kpa,
             chambers_kpa: chambers_kpa.map(|kpa| kpa - atmosphere_kpa),
@@ -237,59 +298,147 @@ impl Plant {
         }
     }
 
+    /// Evaluations of the flows since the start: the integrator's cost, whatever machine it runs on.
+    #[must_use]
+    pub fn evaluations(&self) -> u64 {
+        self.evaluations
+    }
+
     fn manifold_gauge_kpa(&self) -> f64 {
         self.manifold.absolute_kpa() - self.parameters.gas.atmosphere_kpa
     }
 
-    /// All flows at these absolute pressures in kPa.
+    fn contents(&self) -> Contents {
+        let [a, b, c] = &self.chambers;
+        [self.manifold.content_nl(), a.content_nl(), b.content_nl(), c.content_nl()]
+    }
+
+    /// What decides the flows at a share of this tick (0..=1), with the chambers at these volumes.
     #[inline]
-    fn flows(&self, manifold_kpa: f64, chambers_kpa: [f64; 3]) -> Flows {
-        let atmosphere_kpa = self.parameters.gas.atmosphere_kpa;
-        Flows {
-            pump: self.pump.flow_nl_per_s(manifold_kpa - atmosphere_kpa),
-            dump: self.dump.flow_nl_per_s(manifold_kpa, atmosphere_kpa),
-            segments: core::array::from_fn(|i| self.segments[i].flow_nl_per_s(manifold_kpa, chambers_kpa[i])),
-            leaks: core::array::from_fn(|i| {
-                self.leaks[i].map_or(0.0, |leak| leak.flow_nl_per_s(chambers_kpa[i], atmosphere_kpa))
-            }),
+    fn network(&self, tick_share: f64, volumes_l: [f64; 3]) -> Network<'_> {
+        let [a, b, c] = volumes_l;
+        Network {
+            atmosphere_kpa: self.parameters.gas.atmosphere_kpa,
+            pump: self.pump.delivery(tick_share),
+            dump: self.dump.opening(),
+            segments: [self.segments[0].opening(), self.segments[1].opening(), self.segments[2].opening()],
+            leaks: [self.leaks[0].as_ref(), self.leaks[1].as_ref(), self.leaks[2].as_ref()],
+            kpa_per_nl: [self.manifold.volume_l(), a, b, c].map(|volume_l| REFERENCE_KPA / volume_l),
         }
     }
 
-    /// Moves the air for one tick.
-    fn move_air(&mut self) {
-        let closed = |valve: &Valve| valve.passage() == Passage::Closed;
-        // Held chambers are most of a sequence's time.
-        if self.pump.rests()
-            && closed(&self.dump)
-            && self.segments.iter().all(closed)
-            && self.leaks.iter().all(Option::is_none)
-        {
-            return;
-        }
+    /// Whether air can move in this tick. Held chambers are most of a sequence's time.
+    fn can_flow(&self) -> bool {
+        !self.pump.rests()
+            || self.dump.opening().is_some()
+            || self.segments.iter().any(|valve| valve.opening().is_some())
+            || self.leaks.iter().any(Option::is_some)
+    }
+
+    /// One tick in steps of fixed length.
+    fn advance(&mut self, method: Method) {
         let sub_steps = self.parameters.integration.sub_steps.max(1);
-        let seconds = 1e-3 / f64::from(sub_steps);
-        for _ in 0..sub_steps {
-            let start = self.flows(self.manifold.absolute_kpa(), self.chambers.map(|chamber| chamber.absolute_kpa()));
-            // Heun's predictor, then the mean of both ends.
-            let into_manifold = start.pump - start.dump - start.segments.iter().sum::<f64>();
-            let end = self.flows(
-                self.manifold.absolute_kpa_with(seconds * into_manifold),
-                core::array::from_fn(|i| {
-                    self.chambers[i].absolute_kpa_with(seconds * (start.segments[i] - start.leaks[i]))
-                }),
-            );
-            let half = 0.5 * seconds;
-            self.manifold.add(half * (start.pump + end.pump - start.dump - end.dump));
-            for i in 0..3 {
-                let moved = half * (start.segments[i] + end.segments[i]);
-                self.manifold.add(-moved);
-                self.chambers[i].add(moved - half * (start.leaks[i] + end.leaks[i]));
+        let tick_share = 1.0 / f64::from(sub_steps);
+        let can_flow = self.can_flow();
+        let lag = self.lags[0];
+        for sub_step in 0..sub_steps {
+            if can_flow {
+                let middle = (f64::from(sub_step) + 0.5) * tick_share;
+                self.flow(method, middle, tick_share, &lag, f64::INFINITY);
+            }
+            self.bend(&lag);
+        }
+    }
+
+    /// One tick in halves, quarters, eighths... of it, as the tolerance asks.
+    fn advance_adaptively(&mut self, tolerance_kpa: f64) {
+        /// A step whose error is this share of the tolerance is followed by one of twice the length.
+        const EASY: f64 = 1.0 / 16.0;
+        let method = self.parameters.integration.method;
+        let can_flow = self.can_flow();
+        // In units of the shortest step.
+        let end = 1_u32 << HALVINGS;
+        let mut done = 0;
+        while done < end {
+            let length = end >> self.halvings;
+            let lag = self.lags[self.halvings as usize];
+            let last = self.halvings == HALVINGS;
+            let before = self.state();
+            let share = |units: u32| f64::from(units) / f64::from(end);
+            let mut error_kpa = 0.0;
+            if can_flow {
+                let limit_kpa = if last { f64::INFINITY } else { tolerance_kpa };
+                error_kpa = self.flow(method, share(done) + 0.5 * share(length), share(length), &lag, limit_kpa);
+            }
+            if last || error_kpa <= tolerance_kpa {
+                error_kpa = error_kpa.max(self.bend(&lag));
+            }
+            if !last && error_kpa > tolerance_kpa {
+                self.restore(before);
+                self.halvings += 1;
+                continue;
+            }
+            done += length;
+            // A longer step starts where one of its length can.
+            if self.halvings > 0 && error_kpa < EASY * tolerance_kpa && done % (2 * length) == 0 {
+                self.halvings -= 1;
             }
         }
     }
 
+    /// Moves the air for a share of a tick around its `middle`, unless the error is estimated above the limit; returns that
+    /// estimate, kPa.
+    #[inline]
+    fn flow(&mut self, method: Method, middle: f64, tick_share: f64, lag: &LagStep, limit_kpa: f64) -> f64 {
+        let volumes_l = core::array::from_fn(|i| self.bends[i].volume_ahead_l(lag));
+        let network = self.network(middle, volumes_l);
+        let contents = self.contents();
+        if network.rests(&contents) {
+            return 0.0;
+        }
+        let step = integrator::step(method, &network, &contents, 1e-3 * tick_share);
+        self.evaluations += u64::from(method.evaluations());
+        if step.error_kpa <= limit_kpa {
+            let [manifold, chambers @ ..] = step.contents;
+            self.manifold.set_content_nl(manifold);
+            for (chamber, content_nl) in self.chambers.iter_mut().zip(chambers) {
+                chamber.set_content_nl(content_nl);
+            }
+        }
+        step.error_kpa
+    }
+
+    /// Bends the finger; returns how far off the volumes were that the air flowed with, as a pressure, kPa.
+    #[inline]
+    fn bend(&mut self, lag: &LagStep) -> f64 {
+        let mut worst_kpa = 0.0_f64;
+        for (bend, chamber) in self.bends.iter_mut().zip(&mut self.chambers) {
+            let (ahead_l, before_l) = (bend.volume_ahead_l(lag), chamber.volume_l());
+            bend.step(chamber, self.parameters.gas.atmosphere_kpa, lag);
+            let off_l = ahead_l - 0.5 * (before_l + chamber.volume_l());
+            worst_kpa = worst_kpa.max((off_l * chamber.kpa_per_l()).abs());
+        }
+        worst_kpa
+    }
+
+    fn state(&self) -> State {
+        State {
+            manifold: self.manifold,
+            chambers: self.chambers,
+            bends: core::array::from_fn(|i| self.bends[i].state()),
+        }
+    }
+
+    fn restore(&mut self, state: State) {
+        (self.manifold, self.chambers) = (state.manifold, state.chambers);
+        for (bend, state) in self.bends.iter_mut().zip(state.bends) {
+            bend.restore(state);
+        }
+    }
+
     /// Takes the readings.
-    fn sense(&mut self, faults: &ActiveFaults) {
+    fn sense(&mut self) {
+        let faults = self.faults_now;
         // Both are drawn even while a sensor is broken: a fault does not change the other sensor's noise.
         let mut draw = || if self.noisy { StandardNormal.sample(&mut self.rng) } else { 0.0 };
         let (pressure_noise, bend_noise) = (draw(), draw());
@@ -306,282 +455,4 @@ impl Plant {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const FILL: Actuation = Actuation { pump: true, dump: Passage::Closed, segments: [Passage::Open; 3] };
-    const EQUALISE: Actuation = Actuation { pump: false, ..FILL };
-    const FILL_ONE: Actuation =
-        Actuation { pump: true, dump: Passage::Closed, segments: [Passage::Open, Passage::Closed, Passage::Closed] };
-
-    fn plant(scene: Scene) -> Plant {
-        Plant::new(PlantParameters::default(), scene, 1)
-    }
-
-    fn run(plant: &mut Plant, actuation: Actuation, ticks: u32) {
-        for _ in 0..ticks {
-            plant.step(&actuation);
-        }
-    }
-
-    /// Steps until `done`, at most 20 s; returns the ticks it took.
-    fn run_until(plant: &mut Plant, actuation: Actuation, done: impl Fn(&Truth) -> bool) -> u32 {
-        (1..=20_000)
-            .find(|_| {
-                plant.step(&actuation);
-                done(&plant.truth())
-            })
-            .expect("within 20 s")
-    }
-
-    #[test]
-    fn starts_vented_at_rest() {
-        let plant = plant(Scene::ideal());
-        let truth = plant.truth();
-        assert!(truth.manifold_kpa.abs() < 1e-12 && truth.chambers_kpa.iter().all(|kpa| kpa.abs() < 1e-12));
-        assert_eq!(plant.inputs().now, Millis::ZERO);
-        assert_eq!(plant.inputs().manifold, Reading::Valid(model_core::units::Pressure::ZERO));
-        // 5 mL and three times 6.786 mL at 101.325 kPa, in litres at 100 kPa.
-        assert!((truth.content_nl - 0.025_358 * 1.013_25).abs() < 1e-12);
-    }
-
-    #[test]
-    fn nothing_moves_while_vented() {
-        let mut plant = plant(Scene::default());
-        run(&mut plant, Actuation::SAFE, 2000);
-        let truth = plant.truth();
-        assert!(truth.manifold_kpa.abs() < 1e-9 && truth.bends_deg.iter().all(|deg| deg.abs() < 1e-3), "{truth:?}");
-    }
-
-    #[test]
-    fn a_closed_system_keeps_its_air() {
-        let mut plant = plant(Scene::default());
-        run(&mut plant, FILL_ONE, 600);
-        run(&mut plant, EQUALISE, 300);
-        let before = plant.truth();
-        // One chamber's air spreads over all three, and the others bend.
-        run(&mut plant, EQUALISE, 5000);
-        let after = plant.truth();
-        assert!((before.content_nl - after.content_nl).abs() < 1e-12, "{before:?} {after:?}");
-        let spread = after.chambers_kpa[0] - after.chambers_kpa[2];
-        assert!(after.chambers_kpa[2] > 20.0 && spread.abs() < 1e-6, "{after:?}");
-    }
-
-    #[test]
-    fn the_air_that_comes_in_is_what_the_pump_gave() {
-        let mut plant = plant(Scene::ideal());
-        plant.step(&EQUALISE);
-        let start = plant.truth().content_nl;
-        let mut pumped = 0.0;
-        let mut last = 0.05;
-        for _ in 0..1000 {
-            plant.step(&FILL);
-            let flow = plant.truth().pump_flow_nl_per_s;
-            pumped += 0.5e-3 * (flow + last);
-            last = flow;
-        }
-        let gained = plant.truth().content_nl - start;
-        assert!((gained / pumped - 1.0).abs() < 1e-4, "{gained} {pumped}");
-    }
-
-    #[test]
-    fn fill_and_vent_times() {
-        for (name, fill) in [("three chambers", FILL), ("one chamber", FILL_ONE)] {
-            let mut plant = plant(Scene::default());
-            let fill_ms = run_until(&mut plant, fill, |truth| truth.chambers_kpa[0] >= 150.0);
-            let manifold = plant.truth().manifold_kpa;
-            run(&mut plant, Actuation { pump: false, dump: Passage::Closed, ..fill }, 500);
-            let rested = plant.truth();
-            let vent_ms =
-                run_until(&mut plant, Actuation::SAFE, |truth| truth.chambers_kpa.iter().all(|&kpa| kpa < 5.0));
-            println!(
-                "{name}: 150 kPa after {fill_ms} ms, manifold then {manifold:.2} kPa; rested 0.5 s: {:.2} kPa, \
-                 {:.1} deg; vented below 5 kPa after {vent_ms} ms",
-                rested.chambers_kpa[0], rested.bends_deg[0]
-            );
-            assert!(vent_ms < 6000);
-            assert!(manifold > 150.0);
-        }
-    }
-
-    #[test]
-    fn equalised_volumes_do_not_chatter() {
-        for scene in [Scene::default(), Scene::ideal()] {
-            for fill_ms in [0, 30, 100, 1500] {
-                let mut plant = plant(scene.clone());
-                run(&mut plant, FILL, fill_ms);
-                run(&mut plant, EQUALISE, 3000);
-                let mut last = plant.truth();
-                for _ in 0..1000 {
-                    plant.step(&EQUALISE);
-                    let truth = plant.truth();
-                    for (now, before) in truth.chambers_kpa.iter().zip(&last.chambers_kpa) {
-                        assert!((now - before).abs() < 1e-6, "{fill_ms} ms: {last:?} {truth:?}");
-                    }
-                    assert!((truth.manifold_kpa - truth.chambers_kpa[0]).abs() < 1e-6);
-                    last = truth;
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn dead_times_are_exact() {
-        let mut plant = plant(Scene::default());
-        for tick in 0..10 {
-            plant.step(&FILL_ONE);
-            let truth = plant.truth();
-            assert_eq!((truth.dump, truth.segments), (Passage::Open, [Passage::Open; 3]), "{tick}");
-            assert!(truth.pump_speed <= 0.0);
-        }
-        plant.step(&FILL_ONE);
-        let truth = plant.truth();
-        assert_eq!((truth.dump, truth.segments), (Passage::Closed, FILL_ONE.segments));
-        assert!(truth.pump_speed > 0.0);
-    }
-
-    #[test]
-    fn finer_sub_steps_change_little() {
-        let run_with = |sub_steps| {
-            let mut parameters = PlantParameters::default();
-            parameters.integration.sub_steps = sub_steps;
-            let mut plant = Plant::new(parameters, Scene::default(), 1);
-            let mut trace = Vec::new();
-            for (actuation, ticks) in [
-                (FILL_ONE, 300),
-                (FILL, 400),
-                (Actuation::HOLD, 50),
-                (Actuation { segments: FILL_ONE.segments, ..Actuation::SAFE }, 60),
-                (EQUALISE, 100),
-                (FILL, 900),
-                (Actuation::SAFE, 1500),
-            ] {
-                for _ in 0..ticks {
-                    plant.step(&actuation);
-                    let truth = plant.truth();
-                    let [a, b, c] = truth.chambers_kpa;
-                    trace.push([truth.manifold_kpa, a, b, c]);
-                }
-            }
-            trace
-        };
-        let fine = run_with(200);
-        for (sub_steps, allowed) in [(5, 0.01), (10, 0.003), (20, 0.001)] {
-            let worst = run_with(sub_steps)
-                .iter()
-                .flatten()
-                .zip(fine.iter().flatten())
-                .map(|(a, b)| (a - b).abs())
-                .fold(0.0, f64::max);
-            println!("{sub_steps} sub-steps: {worst:.6} kPa from 200");
-            assert!(worst < allowed, "{sub_steps}: {worst}");
-        }
-    }
-
-    #[test]
-    fn a_seed_repeats_itself_and_another_differs() {
-        let readings = |seed| {
-            let mut plant = Plant::new(PlantParameters::default(), Scene::default(), seed);
-            (0..500).map(|_| plant.step(&FILL)).collect::<Vec<_>>()
-        };
-        assert_eq!(readings(7), readings(7));
-        assert_ne!(readings(7), readings(8));
-    }
-
-    #[test]
-    fn noise_has_its_figure_and_errors_stay_apart_from_the_truth() {
-        let mut noisy = plant(Scene::default());
-        let mut quiet = plant(Scene { sensor_errors: Part::LeftOut, ..Scene::default() });
-        let mut differences = Vec::new();
-        for _ in 0..5000 {
-            let (Reading::Valid(a), Reading::Valid(b)) = (noisy.step(&FILL).manifold, quiet.step(&FILL).manifold)
-            else {
-                panic!("both sensors are well");
-            };
-            differences.push(a.to_f64() - b.to_f64());
-            assert_eq!(noisy.truth(), quiet.truth());
-        }
-        let mean = differences.iter().sum::<f64>() / 5000.0;
-        let rms = (differences.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / 5000.0).sqrt();
-        // 0.3 kPa, and the quiet sensor's undithered steps of 0.305 / sqrt(12) = 0.088 kPa at most.
-        assert!((0.28..0.34).contains(&rms) && mean.abs() < 1.5, "{mean} {rms}");
-    }
-
-    #[test]
-    fn the_switch_closes_at_its_threshold() {
-        let mut plant = plant(Scene::ideal());
-        for _ in 0..4000 {
-            let inputs = plant.step(&FILL);
-            assert_eq!(inputs.over_pressure_switch, plant.truth().manifold_kpa >= 170.0);
-        }
-        assert!(plant.inputs().over_pressure_switch);
-    }
-
-    #[test]
-    fn faults_do_what_they_say() {
-        let faulted = |kind| plant(Scene::ideal().with_faults([InjectedFault::lasting(kind, 100)]));
-
-        let mut wire =
-            plant(Scene::default().with_faults([InjectedFault::passing(FaultKind::PressureSensorOpen, 100, 200)]));
-        for _ in 0..300 {
-            let inputs = wire.step(&FILL);
-            let broken = (100..200).contains(&inputs.now.0);
-            assert_eq!(inputs.manifold == Reading::BelowRange, broken, "{inputs:?}");
-        }
-
-        let mut short = faulted(FaultKind::PressureSensorShort);
-        run(&mut short, FILL, 100);
-        assert_eq!(short.inputs().manifold, Reading::AboveRange);
-
-        let mut bend = faulted(FaultKind::BendSensorOpen);
-        run(&mut bend, FILL, 100);
-        assert_eq!(bend.inputs().bend, Reading::BelowRange);
-
-        let mut stop = faulted(FaultKind::EmergencyStop);
-        run(&mut stop, FILL, 99);
-        assert!(!stop.inputs().emergency_stop);
-        assert!(stop.step(&FILL).emergency_stop);
-
-        let mut pump = faulted(FaultKind::PumpStuckOn);
-        run(&mut pump, Actuation::HOLD, 1100);
-        assert!(pump.truth().manifold_kpa > 200.0);
-
-        let mut dead = faulted(FaultKind::PumpDead);
-        run(&mut dead, FILL, 101);
-        assert!(dead.truth().pump_flow_nl_per_s <= 0.0);
-
-        let mut stuck_open = faulted(FaultKind::SegmentValveStuck(Segment::Middle, Passage::Open));
-        run(&mut stuck_open, FILL_ONE, 1000);
-        let [open, middle, closed] = stuck_open.truth().chambers_kpa;
-        assert!(open > 50.0 && middle > 50.0 && closed.abs() < 1e-9);
-
-        let mut stuck_closed = faulted(FaultKind::SegmentValveStuck(Segment::Distal, Passage::Closed));
-        run(&mut stuck_closed, FILL, 1000);
-        run(&mut stuck_closed, Actuation::SAFE, 3000);
-        let [_, vented, held] = stuck_closed.truth().chambers_kpa;
-        assert!(vented < 1.0 && held > 1.0);
-
-        let mut dump_closed = faulted(FaultKind::DumpStuck(Passage::Closed));
-        run(&mut dump_closed, FILL, 1000);
-        run(&mut dump_closed, Actuation::SAFE, 3000);
-        assert!(dump_closed.truth().manifold_kpa > 50.0);
-
-        let mut dump_open = faulted(FaultKind::DumpStuck(Passage::Open));
-        run(&mut dump_open, FILL, 3000);
-        assert!(dump_open.truth().chambers_kpa[0] < 100.0);
-
-        // A leak of 1e-4 NL/(s bar) from a held chamber is choked above 236 kPa gauge only; its start is subsonic.
-        let leak = FaultKind::ChamberLeak { segment: Segment::Proximal, conductance_nl_per_s_bar: 1e-4 };
-        let mut leaking = faulted(leak);
-        run(&mut leaking, FILL, 1000);
-        run(&mut leaking, Actuation::HOLD, 1);
-        let before = leaking.truth();
-        assert!(before.leak_flows_nl_per_s[0] > 1e-4);
-        run(&mut leaking, Actuation::HOLD, 1000);
-        let after = leaking.truth();
-        let lost = before.content_nl - after.content_nl;
-        let mean = 0.5 * (before.leak_flows_nl_per_s[0] + after.leak_flows_nl_per_s[0]);
-        assert!((lost / mean - 1.0).abs() < 1e-3, "{lost} {mean}");
-        assert!((before.chambers_kpa[1] - after.chambers_kpa[1]).abs() < 1e-6);
-    }
-}
+mod tests;

@@ -5,6 +5,19 @@ use super::parameters::{BendSensorParameters, PressureSensorParameters};
 use model_core::controller::Reading;
 use model_core::units::{Bend, Pressure};
 
+/// Steps of the controller's quantities in a unit.
+const BITS_PER_UNIT: f64 = 65536.0;
+
+/// The nearest whole number, of two the even one; for values below 2^51.
+///
+/// `f64::round_ties_even` is a function call where the target's baseline has no instruction for it, as on x86-64. From 1.5 x 2^52
+/// on the numbers of f64 are whole: adding rounds.
+#[inline]
+fn nearest(value: f64) -> f64 {
+    const WHOLE: f64 = 6_755_399_441_055_744.0;
+    (value + WHOLE) - WHOLE
+}
+
 /// The pressure sensor: lag, zero error, noise, divider, converter, and the nominal law back to kPa.
 #[derive(Clone, Debug)]
 pub struct PressureSensor {
@@ -13,6 +26,13 @@ pub struct PressureSensor {
     share: f64,
     zero_error_kpa: f64,
     quantised: bool,
+    /// Codes of the converter.
+    codes: f64,
+    /// Code at 0 kPa, codes for each kPa, and code below which the wire is broken.
+    zero_code: f64,
+    codes_per_kpa: f64,
+    kpa_per_code: f64,
+    below_range_code: f64,
     /// Mean code steps per code: 1 when all conversions of a tick give the same code, more when noise dithers them.
     steps_per_code: f64,
     lagged_kpa: f64,
@@ -31,8 +51,15 @@ impl PressureSensor {
         quantised: bool,
         dithered: bool,
     ) -> Self {
+        let codes = f64::from(parameters.adc_bits).exp2();
+        let codes_per_volt = codes / parameters.full_scale_volts;
         Self {
             parameters: parameters.clone(),
+            codes,
+            zero_code: parameters.zero_volts * codes_per_volt,
+            codes_per_kpa: parameters.volts_per_kpa * codes_per_volt,
+            kpa_per_code: 1.0 / (parameters.volts_per_kpa * codes_per_volt),
+            below_range_code: parameters.below_range_volts * codes_per_volt,
             share: if lag_ms > 0.0 { -(-1.0 / lag_ms).exp_m1() } else { 1.0 },
             zero_error_kpa,
             quantised,
@@ -41,10 +68,6 @@ impl PressureSensor {
             last_true_kpa: 0.0,
             code: 0.0,
         }
-    }
-
-    fn codes(&self) -> f64 {
-        f64::from(self.parameters.adc_bits).exp2()
     }
 
     /// One tick: follows the true gauge pressure in kPa.
@@ -60,18 +83,16 @@ impl PressureSensor {
     /// The mean of a tick's conversions is not drawn conversion by conversion: each carries noise of several codes
     /// (sqrt(oversampling) times the tick's), which dithers the steps away, so the mean's own step is what is left.
     pub(super) fn convert(&mut self, noise: f64, fault: Option<SignalFault>) {
-        let p = &self.parameters;
-        let full = self.codes() - 1.0;
+        let full = self.codes - 1.0;
         self.code = match fault {
             Some(SignalFault::Open) => 0.0,
             Some(SignalFault::Short) => full,
             Some(SignalFault::Frozen) => self.code,
             None => {
-                let seen_kpa = self.lagged_kpa + self.zero_error_kpa + noise * p.noise_kpa;
-                let volts = p.zero_volts + seen_kpa * p.volts_per_kpa;
-                let code = volts / p.full_scale_volts * self.codes();
+                let seen_kpa = self.lagged_kpa + self.zero_error_kpa + noise * self.parameters.noise_kpa;
+                let code = self.zero_code + seen_kpa * self.codes_per_kpa;
                 let stepped =
-                    if self.quantised { (code * self.steps_per_code).round() / self.steps_per_code } else { code };
+                    if self.quantised { nearest(code * self.steps_per_code) / self.steps_per_code } else { code };
                 stepped.clamp(0.0, full)
             }
         };
@@ -86,14 +107,13 @@ impl PressureSensor {
     /// What a driver with the nominal calibration makes of it.
     #[must_use]
     pub fn reading(&self) -> Reading<Pressure> {
-        let p = &self.parameters;
-        let volts = self.code * p.full_scale_volts / self.codes();
-        if self.code >= self.codes() - 1.0 {
+        if self.code >= self.codes - 1.0 {
             Reading::AboveRange
-        } else if volts < p.below_range_volts {
+        } else if self.code < self.below_range_code {
             Reading::BelowRange
         } else {
-            Reading::Valid(Pressure::from_f64_kpa((volts - p.zero_volts) / p.volts_per_kpa))
+            let kpa = (self.code - self.zero_code) * self.kpa_per_code;
+            Reading::Valid(Pressure::from_bits(nearest(kpa * BITS_PER_UNIT) as i32))
         }
     }
 }
@@ -127,8 +147,8 @@ impl BendSensor {
             return Reading::AboveRange;
         }
         let seen = seen.max(0.0);
-        let stepped = if self.quantised { (seen / p.resolution_deg).round() * p.resolution_deg } else { seen };
-        Reading::Valid(Bend::from_f64_deg(stepped))
+        let stepped = if self.quantised { nearest(seen / p.resolution_deg) * p.resolution_deg } else { seen };
+        Reading::Valid(Bend::from_bits(nearest(stepped * BITS_PER_UNIT) as i32))
     }
 }
 
@@ -144,6 +164,20 @@ mod tests {
         match reading {
             Reading::Valid(pressure) => pressure.to_f64(),
             other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn nearest_is_the_standards_rounding() {
+        for step in -40_000..40_000 {
+            let value = f64::from(step) * 0.125 + if step % 3 == 0 { 1e-9 } else { 0.0 };
+            assert!((nearest(value) - value.round_ties_even()).abs() <= 0.0, "{value}");
+        }
+        // And the readings are what the quantities' own conversions make of the value.
+        for step in -1000..9999 {
+            let kpa = f64::from(step) * 0.0917;
+            assert_eq!(Pressure::from_bits(nearest(kpa * BITS_PER_UNIT) as i32), Pressure::from_f64_kpa(kpa));
+            assert_eq!(Bend::from_bits(nearest(kpa * BITS_PER_UNIT) as i32), Bend::from_f64_deg(kpa));
         }
     }
 

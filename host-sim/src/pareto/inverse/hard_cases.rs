@@ -174,7 +174,7 @@ fn of(entry: &Entry) -> HardCases {
 #[must_use]
 pub fn examine() -> Examination {
     let entries = methods::all();
-    let bar = crate::pareto::progress_bar(entries.len(), "hard cases of");
+    let bar = crate::progress::bar(entries.len(), "hard cases of");
     let ask = |entry: &Entry| {
         bar.set_message(entry.name);
         let answer = of(entry);

@@ -1,0 +1,275 @@
+use super::*;
+
+const FILL: Actuation = Actuation { pump: true, dump: Passage::Closed, segments: [Passage::Open; 3] };
+const EQUALISE: Actuation = Actuation { pump: false, ..FILL };
+const FILL_ONE: Actuation =
+    Actuation { pump: true, dump: Passage::Closed, segments: [Passage::Open, Passage::Closed, Passage::Closed] };
+
+fn plant(scene: Scene) -> Plant {
+    Plant::new(PlantParameters::default(), scene, 1)
+}
+
+fn run(plant: &mut Plant, actuation: Actuation, ticks: u32) {
+    for _ in 0..ticks {
+        plant.step(&actuation);
+    }
+}
+
+/// Steps until `done`, at most 20 s; returns the ticks it took.
+fn run_until(plant: &mut Plant, actuation: Actuation, done: impl Fn(&Truth) -> bool) -> u32 {
+    (1..=20_000)
+        .find(|_| {
+            plant.step(&actuation);
+            done(&plant.truth())
+        })
+        .expect("within 20 s")
+}
+
+#[test]
+fn starts_vented_at_rest() {
+    let plant = plant(Scene::ideal());
+    let truth = plant.truth();
+    assert!(truth.manifold_kpa.abs() < 1e-12 && truth.chambers_kpa.iter().all(|kpa| kpa.abs() < 1e-12));
+    assert_eq!(plant.inputs().now, Millis::ZERO);
+    assert_eq!(plant.inputs().manifold, Reading::Valid(model_core::units::Pressure::ZERO));
+    // 5 mL and three times 6.786 mL at 101.325 kPa, in litres at 100 kPa.
+    assert!((truth.content_nl - 0.025_358 * 1.013_25).abs() < 1e-12);
+}
+
+#[test]
+fn nothing_moves_while_vented() {
+    let mut plant = plant(Scene::default());
+    run(&mut plant, Actuation::SAFE, 2000);
+    let truth = plant.truth();
+    assert!(truth.manifold_kpa.abs() < 1e-9 && truth.bends_deg.iter().all(|deg| deg.abs() < 1e-3), "{truth:?}");
+}
+
+#[test]
+fn a_closed_system_keeps_its_air() {
+    let mut plant = plant(Scene::default());
+    run(&mut plant, FILL_ONE, 600);
+    run(&mut plant, EQUALISE, 300);
+    let before = plant.truth();
+    // One chamber's air spreads over all three, and the others bend.
+    run(&mut plant, EQUALISE, 5000);
+    let after = plant.truth();
+    assert!((before.content_nl - after.content_nl).abs() < 1e-12, "{before:?} {after:?}");
+    let spread = after.chambers_kpa[0] - after.chambers_kpa[2];
+    assert!(after.chambers_kpa[2] > 20.0 && spread.abs() < 1e-6, "{after:?}");
+}
+
+#[test]
+fn the_air_that_comes_in_is_what_the_pump_gave() {
+    let mut plant = plant(Scene::ideal());
+    plant.step(&EQUALISE);
+    let start = plant.truth().content_nl;
+    let mut pumped = 0.0;
+    let mut last = 0.05;
+    for _ in 0..1000 {
+        plant.step(&FILL);
+        let flow = plant.truth().pump_flow_nl_per_s;
+        pumped += 0.5e-3 * (flow + last);
+        last = flow;
+    }
+    let gained = plant.truth().content_nl - start;
+    assert!((gained / pumped - 1.0).abs() < 1e-4, "{gained} {pumped}");
+}
+
+#[test]
+fn fill_and_vent_times() {
+    for (name, fill) in [("three chambers", FILL), ("one chamber", FILL_ONE)] {
+        let mut plant = plant(Scene::default());
+        let fill_ms = run_until(&mut plant, fill, |truth| truth.chambers_kpa[0] >= 150.0);
+        let manifold = plant.truth().manifold_kpa;
+        run(&mut plant, Actuation { pump: false, dump: Passage::Closed, ..fill }, 500);
+        let rested = plant.truth();
+        let vent_ms = run_until(&mut plant, Actuation::SAFE, |truth| truth.chambers_kpa.iter().all(|&kpa| kpa < 5.0));
+        println!(
+            "{name}: 150 kPa after {fill_ms} ms, manifold then {manifold:.2} kPa; rested 0.5 s: {:.2} kPa, \
+             {:.1} deg; vented below 5 kPa after {vent_ms} ms",
+            rested.chambers_kpa[0], rested.bends_deg[0]
+        );
+        assert!(vent_ms < 6000);
+        assert!(manifold > 150.0);
+    }
+}
+
+#[test]
+fn equalised_volumes_do_not_chatter() {
+    for scene in [Scene::default(), Scene::ideal()] {
+        for fill_ms in [0, 30, 100, 1500] {
+            let mut plant = plant(scene.clone());
+            run(&mut plant, FILL, fill_ms);
+            run(&mut plant, EQUALISE, 3000);
+            let mut last = plant.truth();
+            for _ in 0..1000 {
+                plant.step(&EQUALISE);
+                let truth = plant.truth();
+                for (now, before) in truth.chambers_kpa.iter().zip(&last.chambers_kpa) {
+                    assert!((now - before).abs() < 1e-6, "{fill_ms} ms: {last:?} {truth:?}");
+                }
+                assert!((truth.manifold_kpa - truth.chambers_kpa[0]).abs() < 1e-6);
+                last = truth;
+            }
+        }
+    }
+}
+
+#[test]
+fn dead_times_are_exact() {
+    let mut plant = plant(Scene::default());
+    for tick in 0..10 {
+        plant.step(&FILL_ONE);
+        let truth = plant.truth();
+        assert_eq!((truth.dump, truth.segments), (Passage::Open, [Passage::Open; 3]), "{tick}");
+        assert!(truth.pump_speed <= 0.0);
+    }
+    plant.step(&FILL_ONE);
+    let truth = plant.truth();
+    assert_eq!((truth.dump, truth.segments), (Passage::Closed, FILL_ONE.segments));
+    assert!(truth.pump_speed > 0.0);
+}
+
+#[test]
+fn finer_sub_steps_change_little() {
+    let run_with = |sub_steps| {
+        let mut parameters = PlantParameters::default();
+        parameters.integration.sub_steps = sub_steps;
+        let mut plant = Plant::new(parameters, Scene::default(), 1);
+        let mut trace = Vec::new();
+        for (actuation, ticks) in [
+            (FILL_ONE, 300),
+            (FILL, 400),
+            (Actuation::HOLD, 50),
+            (Actuation { segments: FILL_ONE.segments, ..Actuation::SAFE }, 60),
+            (EQUALISE, 100),
+            (FILL, 900),
+            (Actuation::SAFE, 1500),
+        ] {
+            for _ in 0..ticks {
+                plant.step(&actuation);
+                let truth = plant.truth();
+                let [a, b, c] = truth.chambers_kpa;
+                trace.push([truth.manifold_kpa, a, b, c]);
+            }
+        }
+        trace
+    };
+    let fine = run_with(200);
+    for (sub_steps, allowed) in [(5, 0.01), (10, 0.003), (20, 0.001)] {
+        let worst = run_with(sub_steps)
+            .iter()
+            .flatten()
+            .zip(fine.iter().flatten())
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max);
+        println!("{sub_steps} sub-steps: {worst:.6} kPa from 200");
+        assert!(worst < allowed, "{sub_steps}: {worst}");
+    }
+}
+
+#[test]
+fn a_seed_repeats_itself_and_another_differs() {
+    let readings = |seed| {
+        let mut plant = Plant::new(PlantParameters::default(), Scene::default(), seed);
+        (0..500).map(|_| plant.step(&FILL)).collect::<Vec<_>>()
+    };
+    assert_eq!(readings(7), readings(7));
+    assert_ne!(readings(7), readings(8));
+}
+
+#[test]
+fn noise_has_its_figure_and_errors_stay_apart_from_the_truth() {
+    let mut noisy = plant(Scene::default());
+    let mut quiet = plant(Scene { sensor_errors: Part::LeftOut, ..Scene::default() });
+    let mut differences = Vec::new();
+    for _ in 0..5000 {
+        let (Reading::Valid(a), Reading::Valid(b)) = (noisy.step(&FILL).manifold, quiet.step(&FILL).manifold) else {
+            panic!("both sensors are well");
+        };
+        differences.push(a.to_f64() - b.to_f64());
+        assert_eq!(noisy.truth(), quiet.truth());
+    }
+    let mean = differences.iter().sum::<f64>() / 5000.0;
+    let rms = (differences.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / 5000.0).sqrt();
+    // 0.3 kPa, and the quiet sensor's undithered steps of 0.305 / sqrt(12) = 0.088 kPa at most.
+    assert!((0.28..0.34).contains(&rms) && mean.abs() < 1.5, "{mean} {rms}");
+}
+
+#[test]
+fn the_switch_closes_at_its_threshold() {
+    let mut plant = plant(Scene::ideal());
+    for _ in 0..4000 {
+        let inputs = plant.step(&FILL);
+        assert_eq!(inputs.over_pressure_switch, plant.truth().manifold_kpa >= 170.0);
+    }
+    assert!(plant.inputs().over_pressure_switch);
+}
+
+#[test]
+fn faults_do_what_they_say() {
+    let faulted = |kind| plant(Scene::ideal().with_faults([InjectedFault::lasting(kind, 100)]));
+
+    let mut wire =
+        plant(Scene::default().with_faults([InjectedFault::passing(FaultKind::PressureSensorOpen, 100, 200)]));
+    for _ in 0..300 {
+        let inputs = wire.step(&FILL);
+        let broken = (100..200).contains(&inputs.now.0);
+        assert_eq!(inputs.manifold == Reading::BelowRange, broken, "{inputs:?}");
+    }
+
+    let mut short = faulted(FaultKind::PressureSensorShort);
+    run(&mut short, FILL, 100);
+    assert_eq!(short.inputs().manifold, Reading::AboveRange);
+
+    let mut bend = faulted(FaultKind::BendSensorOpen);
+    run(&mut bend, FILL, 100);
+    assert_eq!(bend.inputs().bend, Reading::BelowRange);
+
+    let mut stop = faulted(FaultKind::EmergencyStop);
+    run(&mut stop, FILL, 99);
+    assert!(!stop.inputs().emergency_stop);
+    assert!(stop.step(&FILL).emergency_stop);
+
+    let mut pump = faulted(FaultKind::PumpStuckOn);
+    run(&mut pump, Actuation::HOLD, 1100);
+    assert!(pump.truth().manifold_kpa > 200.0);
+
+    let mut dead = faulted(FaultKind::PumpDead);
+    run(&mut dead, FILL, 101);
+    assert!(dead.truth().pump_flow_nl_per_s <= 0.0);
+
+    let mut stuck_open = faulted(FaultKind::SegmentValveStuck(Segment::Middle, Passage::Open));
+    run(&mut stuck_open, FILL_ONE, 1000);
+    let [open, middle, closed] = stuck_open.truth().chambers_kpa;
+    assert!(open > 50.0 && middle > 50.0 && closed.abs() < 1e-9);
+
+    let mut stuck_closed = faulted(FaultKind::SegmentValveStuck(Segment::Distal, Passage::Closed));
+    run(&mut stuck_closed, FILL, 1000);
+    run(&mut stuck_closed, Actuation::SAFE, 3000);
+    let [_, vented, held] = stuck_closed.truth().chambers_kpa;
+    assert!(vented < 1.0 && held > 1.0);
+
+    let mut dump_closed = faulted(FaultKind::DumpStuck(Passage::Closed));
+    run(&mut dump_closed, FILL, 1000);
+    run(&mut dump_closed, Actuation::SAFE, 3000);
+    assert!(dump_closed.truth().manifold_kpa > 50.0);
+
+    let mut dump_open = faulted(FaultKind::DumpStuck(Passage::Open));
+    run(&mut dump_open, FILL, 3000);
+    assert!(dump_open.truth().chambers_kpa[0] < 100.0);
+
+    // A leak of 1e-4 NL/(s bar) from a held chamber is choked above 236 kPa gauge only; its start is subsonic.
+    let leak = FaultKind::ChamberLeak { segment: Segment::Proximal, conductance_nl_per_s_bar: 1e-4 };
+    let mut leaking = faulted(leak);
+    run(&mut leaking, FILL, 1000);
+    run(&mut leaking, Actuation::HOLD, 1);
+    let before = leaking.truth();
+    assert!(before.leak_flows_nl_per_s[0] > 1e-4);
+    run(&mut leaking, Actuation::HOLD, 1000);
+    let after = leaking.truth();
+    let lost = before.content_nl - after.content_nl;
+    let mean = 0.5 * (before.leak_flows_nl_per_s[0] + after.leak_flows_nl_per_s[0]);
+    assert!((lost / mean - 1.0).abs() < 1e-3, "{lost} {mean}");
+    assert!((before.chambers_kpa[1] - after.chambers_kpa[1]).abs() < 1e-6);
+}
