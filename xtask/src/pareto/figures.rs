@@ -62,6 +62,8 @@ pub struct Entry {
     pub max_error_whole: f64,
     /// Root mean square in 0..150 kPa with the default calibration.
     pub rms_error_working: f64,
+    /// Time on the host that measured, over `f64-newton`'s.
+    pub host_time_ratio: f64,
     /// Mean over 0..150 kPa: the picture's x.
     pub instructions_mean: f64,
     /// Worst over everything.
@@ -132,14 +134,14 @@ impl Report {
         let unit = direction.unit();
         let mut text = format!(
             "| Method | Worst error, {unit}, 0-150 kPa | Worst error, whole domain | RMS error, 0-150 kPa | \
-             Instructions, mean | worst | Prepare | Code, bytes | Tables, bytes | RAM, bytes |\n\
-             |---|---|---|---|---|---|---|---|---|---|\n"
+             Instructions, mean | worst | Prepare | Code, bytes | Tables, bytes | RAM, bytes | Host time |\n\
+             |---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n"
         );
         let front = self.front(direction);
         for entry in self.of(direction) {
             let on_front = front.iter().any(|other| other.method == entry.method);
             text += &format!(
-                "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n",
+                "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {:.2} |\n",
                 styled(entry, on_front),
                 scientific(entry.max_error_working),
                 scientific(entry.max_error_whole),
@@ -150,6 +152,7 @@ impl Report {
                 grouped(entry.flash_code_bytes),
                 grouped(entry.flash_table_bytes),
                 grouped(entry.ram_bytes),
+                entry.host_time_ratio,
             );
         }
         text
@@ -202,6 +205,7 @@ fn entry(value: &Value) -> Result<Entry> {
         max_error_working: number(&format!("max_error_working_any_calibration_{unit}"))?,
         max_error_whole: number(&format!("max_error_any_calibration_{unit}"))?,
         rms_error_working: number(&format!("rms_error_working_{unit}"))?,
+        host_time_ratio: number("host_time_ratio")?,
         instructions_mean: number("instructions_cortex_m4_mean")?,
         instructions_worst: whole("instructions_cortex_m4_worst")?,
         prepare_instructions: whole("prepare_instructions_cortex_m4")?,
@@ -251,7 +255,7 @@ pub mod tests {
                 let mut entry = json!({
                     "method": method, "direction": direction, "instructions_cortex_m4_mean": instructions,
                     "instructions_cortex_m4_worst": 1_234_567, "prepare_instructions_cortex_m4": 999,
-                    "flash_code_bytes": 1000, "flash_table_bytes": 24, "ram_bytes": 12,
+                    "flash_code_bytes": 1000, "flash_table_bytes": 24, "ram_bytes": 12, "host_time_ratio": 0.5,
                 });
                 for name in ["max_error_working_any_calibration", "max_error_any_calibration", "rms_error_working"] {
                     entry[format!("{name}_{unit}")] = json!(error);
@@ -266,23 +270,24 @@ pub mod tests {
     fn the_front_is_what_nothing_beats() {
         let methods = [
             ("dear", 1e-6, 5000.0),
-            ("fixed-newton", 1e-5, 1000.0),
+            ("segment-newton", 1e-5, 1000.0),
             ("beaten", 2e-5, 1000.0),
-            ("cheap", 1e-2, 50.0),
+            ("floating-quartic", 1e-2, 50.0),
             ("no number", f64::INFINITY, 60.0),
         ];
         let report = report(&methods);
         let names: Vec<_> = report.front(Direction::Bend).iter().map(|entry| entry.method.clone()).collect();
-        assert_eq!(names, ["cheap", "fixed-newton", "dear"]);
+        assert_eq!(names, ["floating-quartic", "segment-newton", "dear"]);
     }
 
     #[test]
     fn tables_have_a_line_each_and_say_who_is_who() {
-        let report = report(&[("fixed-newton", 1e-5, 1000.0), ("beaten", 2e-5, 1000.0), ("cheap", 1e-2, 50.0)]);
+        let report =
+            report(&[("segment-newton", 1e-5, 1000.0), ("beaten", 2e-5, 1000.0), ("floating-quartic", 1e-2, 50.0)]);
         let table = report.table(Direction::Pressure);
         assert_eq!(table.lines().count(), 2 + 3);
-        assert!(table.contains("**`fixed-newton`** | 1.0e-5 |") && table.contains("(`beaten`)"), "{table}");
-        assert!(table.contains("| 1,234,567 | 999 | 1,000 | 24 | 12 |"), "{table}");
+        assert!(table.contains("**`segment-newton`** | 1.0e-5 |") && table.contains("(`beaten`)"), "{table}");
+        assert!(table.contains("| 1,234,567 | 999 | 1,000 | 24 | 12 | 0.50 |"), "{table}");
         let front = report.front_table(Direction::Bend);
         assert!(front.lines().count() == 2 + 2 && !front.contains("beaten") && front.contains("1,024"), "{front}");
     }
@@ -290,6 +295,6 @@ pub mod tests {
     #[test]
     fn a_chosen_method_must_be_there() {
         let error = Report::parse(r#"{"methods": []}"#).expect_err("nothing measured").to_string();
-        assert!(error.contains("fixed-newton"), "{error}");
+        assert!(error.contains("segment-newton"), "{error}");
     }
 }

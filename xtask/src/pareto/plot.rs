@@ -220,9 +220,10 @@ mod tests {
 
     #[test]
     fn every_method_is_named_and_the_same_figures_give_the_same_bytes() {
-        let report = report(&[("fixed-newton", 1e-5, 1300.0), ("beaten", 2e-5, 2000.0), ("cheap", 1e-2, 50.0)]);
+        let report =
+            report(&[("segment-newton", 1e-5, 1300.0), ("beaten", 2e-5, 2000.0), ("floating-quartic", 1e-2, 50.0)]);
         let svg = picture(&report, Direction::Bend).expect("draws");
-        for name in ["fixed-newton", "beaten", "cheap", "bend sensor"] {
+        for name in ["segment-newton", "beaten", "floating-quartic", "bend sensor"] {
             assert!(svg.contains(name), "{name}");
         }
         assert_eq!(svg, picture(&report, Direction::Bend).expect("draws"));

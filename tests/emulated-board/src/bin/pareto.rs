@@ -1,8 +1,9 @@
 //! All methods side by side: `cargo xtask pareto`.
 
 use anyhow::{Result, ensure};
-use emulated_board::pareto::{Direction, Figures, Truth, cossin, four_digits, measure};
+use emulated_board::pareto::{Direction, Figures, cossin, four_digits, measure};
 use emulated_board::{Counted, Footprint, counted_elf};
+use host_sim::pareto::inverse::{Report, measure as measure_on_host};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
@@ -13,11 +14,11 @@ macro_rules! measure_all {
     ($($id:ident: $method:ty;)*) => {
         const METHODS: usize = [$(stringify!($id)),*].len();
 
-        fn all(counted: &mut Counted, footprint: &Footprint, truth: &Truth, bar: &ProgressBar) -> Result<Vec<Figures>> {
+        fn all(counted: &mut Counted, footprint: &Footprint, host: &Report, bar: &ProgressBar) -> Result<Vec<Figures>> {
             let mut figures = Vec::new();
             $(
                 bar.set_message(stringify!($id));
-                figures.extend(measure::<$method>(stringify!($id), counted, footprint, truth)?);
+                figures.extend(measure::<$method>(stringify!($id), counted, footprint, host)?);
                 bar.inc(1);
             )*
             Ok(figures)
@@ -31,10 +32,10 @@ fn main() -> Result<()> {
     let json = std::env::args().any(|argument| argument == "--json");
     let elf = counted_elf()?;
     let (mut counted, footprint) = (Counted::new(&elf)?, Footprint::new(&elf)?);
+    let host = measure_on_host();
     let bar = ProgressBar::new(METHODS as u64);
     bar.set_style(ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}")?);
-    bar.set_message("the model in f64");
-    let figures = all(&mut counted, &footprint, &Truth::new(), &bar)?;
+    let figures = all(&mut counted, &footprint, &host, &bar)?;
     let cossin = cossin(&mut counted)?;
     bar.finish_and_clear();
     if json {
@@ -78,20 +79,35 @@ fn table(direction: Direction, figures: &[Figures]) {
         Direction::Bend => "degrees",
         Direction::Pressure => "kPa",
     };
-    println!("{}: errors in {unit}, instructions on the Cortex-M4, bytes", direction.name());
     println!(
-        "  {:<24}{:>10}{:>10}{:>10}{:>10}{:>8}{:>8}{:>9}{:>7}{:>7}{:>6}",
-        "method", "0-150 kPa", "any cal.", "domain", "any cal.", "mean", "worst", "prepare", "code", "tables", "RAM"
+        "{}: errors in {unit}, time on the host over f64-newton's, instructions on the Cortex-M4, bytes",
+        direction.name()
+    );
+    println!(
+        "  {:<24}{:>10}{:>10}{:>10}{:>10}{:>8}{:>8}{:>8}{:>9}{:>7}{:>7}{:>6}",
+        "method",
+        "0-150 kPa",
+        "any cal.",
+        "domain",
+        "any cal.",
+        "host",
+        "mean",
+        "worst",
+        "prepare",
+        "code",
+        "tables",
+        "RAM"
     );
     for figure in figures.iter().filter(|figure| figure.direction == direction) {
-        let Figures { accuracy, cost, flash, .. } = figure;
+        let Figures { host, cost, flash, .. } = figure;
         println!(
-            "  {:<24}{:>10.2e}{:>10.2e}{:>10.2e}{:>10.2e}{:>8.0}{:>8}{:>9}{:>7}{:>7}{:>6}",
+            "  {:<24}{:>10.2e}{:>10.2e}{:>10.2e}{:>10.2e}{:>8.2}{:>8.0}{:>8}{:>9}{:>7}{:>7}{:>6}",
             figure.method,
-            accuracy.working.max,
-            accuracy.any_working.max,
-            accuracy.whole.max,
-            accuracy.any_whole.max,
+            host.errors.max_working,
+            host.worst_errors.max_working,
+            host.errors.max,
+            host.worst_errors.max,
+            host.host_time_ratio,
             cost.mean,
             cost.worst,
             cost.prepare_worst,

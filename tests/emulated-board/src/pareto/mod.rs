@@ -1,16 +1,15 @@
 //! What every method of `model_core::methods` costs on the Cortex-M4 and how far it is from the model: the figures
 //! behind `cargo xtask pareto`.
 
-mod accuracy;
 mod calls;
 mod samples;
 
-pub use accuracy::{Accuracy, Truth};
 pub use calls::{Cossin, Cost, cossin, costs, passed, prepare, room};
 
 use crate::counted::Counted;
 use crate::footprint::{Bytes, Footprint};
-use anyhow::Result;
+use anyhow::{Context as _, Result};
+use host_sim::pareto::inverse::{Report, Row};
 use model_core::calibration;
 use model_core::methods::{Method, Quantity as _};
 use model_core::units::Coefficients;
@@ -38,13 +37,24 @@ impl Direction {
         }
     }
 
+    /// host-sim's name for it.
+    const fn of_host(self) -> host_sim::methods::Direction {
+        match self {
+            Self::Bend => host_sim::methods::Direction::BendFromPressure,
+            Self::Pressure => host_sim::methods::Direction::PressureFromBend,
+        }
+    }
+
     /// The result's unit, as in JSON keys.
     #[must_use]
     pub const fn unit(self) -> &'static str {
-        match self {
-            Self::Bend => "deg",
-            Self::Pressure => "kpa",
-        }
+        self.of_host().unit()
+    }
+
+    /// What host-sim found of a method in this direction.
+    fn row(self, report: &Report, method: &str) -> Result<Row> {
+        let row = report.of(self.of_host()).find(|row| row.method == method).cloned();
+        row.with_context(|| format!("host-sim does not know {method}"))
     }
 }
 
@@ -78,8 +88,8 @@ pub struct Figures {
     pub direction: Direction,
     /// How its numbers travel: fixed, f32 or f64.
     pub representation: &'static str,
-    /// Errors against the model in f64.
-    pub accuracy: Accuracy,
+    /// Errors against the model in f64, and time on the host.
+    pub host: Row,
     /// Instructions, and whether the host computes the same.
     pub cost: Cost,
     /// Flash of the function with all that it reaches.
@@ -98,7 +108,7 @@ pub fn measure<M: Method>(
     id: &'static str,
     counted: &mut Counted,
     footprint: &Footprint,
-    truth: &Truth,
+    host: &Report,
 ) -> Result<[Figures; 2]> {
     let representation = match M::Pressure::REPRESENTATION {
         model_core::methods::Representation::Fixed => "fixed",
@@ -113,7 +123,7 @@ pub fn measure<M: Method>(
             summary: M::SUMMARY,
             direction,
             representation,
-            accuracy: accuracy::measure::<M>(direction, truth),
+            host: direction.row(host, M::NAME)?,
             cost,
             flash: footprint.of(&format!("{}_{id}", direction.name()))?,
             prepare_flash: footprint.of(&format!("prepare_{id}"))?,
@@ -128,7 +138,7 @@ impl Figures {
     #[must_use]
     pub fn to_json(&self) -> Value {
         let unit = self.direction.unit();
-        let (accuracy, cost) = (&self.accuracy, &self.cost);
+        let (row, cost) = (&self.host, &self.cost);
         let text = [
             ("method", self.method),
             ("summary", self.summary),
@@ -136,12 +146,12 @@ impl Figures {
             ("representation", self.representation),
         ];
         let errors = [
-            ("max_error", accuracy.whole.max),
-            ("rms_error", accuracy.whole.rms()),
-            ("max_error_working", accuracy.working.max),
-            ("rms_error_working", accuracy.working.rms()),
-            ("max_error_any_calibration", accuracy.any_whole.max),
-            ("max_error_working_any_calibration", accuracy.any_working.max),
+            ("max_error", row.errors.max),
+            ("rms_error", row.errors.rms),
+            ("max_error_working", row.errors.max_working),
+            ("rms_error_working", row.errors.rms_working),
+            ("max_error_any_calibration", row.worst_errors.max),
+            ("max_error_working_any_calibration", row.worst_errors.max_working),
         ];
         let counts = [
             ("instructions_cortex_m4_worst", cost.worst),
@@ -157,6 +167,8 @@ impl Figures {
         let mut object = Map::new();
         object.extend(text.map(|(name, value)| (name.to_owned(), json!(value))));
         object.extend(errors.map(|(name, value)| (format!("{name}_{unit}"), json!(four_digits(value)))));
+        // Of one run on one host; the gate passes over it.
+        object.insert("host_time_ratio".to_owned(), json!((row.host_time_ratio * 100.0).round() / 100.0));
         let mean = (cost.mean * 10.0).round() / 10.0;
         object.insert("instructions_cortex_m4_mean".to_owned(), json!(mean));
         object.extend(counts.map(|(name, value)| (name.to_owned(), json!(value))));

@@ -1,7 +1,7 @@
 //! The inputs: all of them are exact in I16F16, f32 and f64, so that every method gets the same.
 
 use super::Direction;
-use host_sim::mechanics::{angle_from_pressure_deg, pressure_from_angle_kpa};
+use host_sim::mechanics::angle_from_pressure_deg;
 use model_core::inverse::{BEND_LIMIT, PRESSURE_LIMIT};
 
 /// Working range in kPa: what the finger is driven with.
@@ -25,17 +25,6 @@ pub fn working_end(direction: Direction, coefficients: &[f64; 3]) -> f64 {
         Direction::Pressure => angle_from_pressure_deg(coefficients, WORKING_KPA).min(domain_end(direction)),
     }
 }
-
-/// What the model says in f64 to an input, within the domain and the result's range.
-pub fn model(direction: Direction, coefficients: &[f64; 3], input: f64) -> f64 {
-    match direction {
-        Direction::Bend => angle_from_pressure_deg(coefficients, input).min(BEND_LIMIT.to_f64()),
-        Direction::Pressure => pressure_from_angle_kpa(coefficients, input.min(BEND_LIMIT.to_f64())).min(LARGEST),
-    }
-}
-
-/// The largest I16F16, where results saturate.
-pub const LARGEST: f64 = 32_767.0 + 65_535.0 / 65_536.0;
 
 /// Down to what f32 represents: 24 bits.
 fn exact(value: f64) -> f64 {
