@@ -84,7 +84,7 @@ fn table(direction: Direction, figures: &[Figures]) {
         direction.name()
     );
     println!(
-        "  {:<24}{:>10}{:>10}{:>10}{:>10}{:>8}{:>8}{:>8}{:>9}{:>7}{:>7}{:>6}",
+        "  {:<24}{:>10}{:>10}{:>10}{:>10}{:>8}{:>8}{:>8}{:>8}{:>10}{:>7}{:>7}{:>6}",
         "method",
         "0-150 kPa",
         "any cal.",
@@ -93,6 +93,7 @@ fn table(direction: Direction, figures: &[Figures]) {
         "host",
         "mean",
         "worst",
+        "beyond",
         "prepare",
         "code",
         "tables",
@@ -101,7 +102,7 @@ fn table(direction: Direction, figures: &[Figures]) {
     for figure in figures.iter().filter(|figure| figure.direction == direction) {
         let Figures { host, cost, flash, .. } = figure;
         println!(
-            "  {:<24}{:>10.2e}{:>10.2e}{:>10.2e}{:>10.2e}{:>8.2}{:>8.0}{:>8}{:>9}{:>7}{:>7}{:>6}",
+            "  {:<24}{:>10.2e}{:>10.2e}{:>10.2e}{:>10.2e}{:>8.2}{:>8.0}{:>8}{:>8}{:>10}{:>7}{:>7}{:>6}",
             figure.method,
             host.errors.max_working,
             host.worst_errors.max_working,
@@ -109,6 +110,7 @@ fn table(direction: Direction, figures: &[Figures]) {
             host.worst_errors.max,
             host.host_time_ratio,
             cost.mean,
+            cost.worst_working,
             cost.worst,
             cost.prepare_worst,
             flash.code,

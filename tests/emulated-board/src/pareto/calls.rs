@@ -1,6 +1,6 @@
 //! Calls on the emulated core: instructions, and whether the results are the host's to the last bit.
 
-use super::samples::{domain_end, even, hard, working_end};
+use super::samples::{domain_end, even, hard, joints, working_end};
 use super::{Direction, calibrations};
 use crate::counted::{Arguments, Counted, Function, Outcome};
 use anyhow::{Context, Result, ensure};
@@ -20,7 +20,9 @@ const CALLED: [usize; 5] = [0, 1, 3, 9, 10];
 pub struct Cost {
     /// Mean over the working range, evenly, with the default calibration.
     pub mean: f64,
-    /// Worst over the whole domain and five calibrations.
+    /// Worst in the working range, five calibrations.
+    pub worst_working: u64,
+    /// Worst over the whole domain and beyond it, five calibrations.
     pub worst: u64,
     /// Worst preparation over the same.
     pub prepare_worst: u64,
@@ -136,17 +138,22 @@ fn call_all<M: Method>(
 ) -> Result<()> {
     let direction = callee.direction;
     let count = if default { SAMPLES } else { SAMPLES / 4 };
-    let working = even(count, working_end(direction, &coefficients.to_f64_kpa()));
+    let real = coefficients.to_f64_kpa();
+    let working_end = working_end(direction, &real);
+    let working = even(count, working_end);
     let domain = domain_end(direction);
     // Below zero and beyond the domain there are answers too.
     let edges = [-1.0 / 65_536.0, -50.0, domain + 1.0];
-    let rest = even(count / 2, domain).chain(hard(count / 5, domain)).chain(edges);
+    let rest = even(count / 2, domain).chain(hard(count / 5, domain)).chain(joints(direction, &real)).chain(edges);
     let inputs = working.map(|input| (input, default)).chain(rest.map(|input| (input, false)));
     for (input, in_mean) in inputs {
         let (emulated, host, instructions) =
             callee.both(counted, method, input).with_context(|| format!("for an input of {input}"))?;
         cost.calls += 1;
         cost.worst = cost.worst.max(instructions);
+        if input <= working_end {
+            cost.worst_working = cost.worst_working.max(instructions);
+        }
         if in_mean {
             cost.mean += instructions as f64 / f64::from(SAMPLES);
         }

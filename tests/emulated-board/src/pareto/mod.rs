@@ -154,6 +154,7 @@ impl Figures {
             ("max_error_working_any_calibration", row.worst_errors.max_working),
         ];
         let counts = [
+            ("instructions_cortex_m4_worst_working", cost.worst_working),
             ("instructions_cortex_m4_worst", cost.worst),
             ("prepare_instructions_cortex_m4", cost.prepare_worst),
             ("flash_code_bytes", self.flash.code),

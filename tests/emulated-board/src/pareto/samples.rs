@@ -1,7 +1,7 @@
 //! The inputs: all of them are exact in I16F16, f32 and f64, so that every method gets the same.
 
 use super::Direction;
-use host_sim::mechanics::angle_from_pressure_deg;
+use host_sim::mechanics::{angle_from_pressure_deg, pressure_from_angle_kpa};
 use model_core::inverse::{BEND_LIMIT, PRESSURE_LIMIT};
 
 /// Working range in kPa: what the finger is driven with.
@@ -48,4 +48,16 @@ pub fn hard(count: u32, end: f64) -> impl Iterator<Item = f64> {
     let first = (0..=64).map(|bits| f64::from(bits) * LSB);
     let spaced = (0..count).map(move |index| exact(LSB * ratio.powf(f64::from(index))));
     first.chain(spaced).chain([exact(end) - 4.0 * LSB, exact(end)])
+}
+
+/// A little below and above where segments of the bend may end, at every second degree: there a search may have to look
+/// twice.
+pub fn joints(direction: Direction, coefficients: &[f64; 3]) -> impl Iterator<Item = f64> {
+    let ends = (1..85).map(|pair| 2.0 * f64::from(pair)).map(move |degrees| match direction {
+        Direction::Bend => pressure_from_angle_kpa(coefficients, degrees),
+        Direction::Pressure => degrees,
+    });
+    let domain = domain_end(direction);
+    ends.filter(move |&end| end < domain)
+        .flat_map(|end| [-16.0, -4.0, -1.0, 0.0, 1.0].map(|bits| exact(end) + bits * 4.0 * LSB))
 }
