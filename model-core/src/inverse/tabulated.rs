@@ -38,7 +38,7 @@ pub struct Tabulated {
 }
 
 impl Tabulated {
-    /// Tabulates both directions: some 110,000 instructions on a Cortex-M4, 0.6 ms at 180 MHz with one a cycle
+    /// Tabulates both directions: some 120,000 instructions on a Cortex-M4, 0.7 ms at 180 MHz with one a cycle
     /// (`cargo xtask pareto`, column "Prepare").
     #[must_use]
     pub fn new(coefficients: &Coefficients) -> Self {
@@ -66,7 +66,7 @@ impl Tabulated {
         }
     }
 
-    /// The bend at which the segment rests under `pressure`: as [`bend_from_pressure`], within five LSB of it.
+    /// The bend at which the segment rests under `pressure`: as [`bend_from_pressure`], within three LSB of it.
     #[must_use]
     #[inline]
     pub fn bend_from_pressure(&self, pressure: Pressure) -> Bend {

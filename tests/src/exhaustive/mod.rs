@@ -40,8 +40,8 @@ pub fn subjects(calibration: &Coefficients) -> Vec<Subject> {
     ]
 }
 
-/// Half an LSB of rounding is 7.6e-6 degree; four more are what three of Newton's steps leave between 8 and 16 degrees.
-pub const BEND_BOUND: Bound = Bound { absolute: 8e-5, relative: 0.0 };
+/// Half an LSB of rounding is 7.6e-6 degree; two more are what three of Newton's steps leave, between 8 and 64 degrees.
+pub const BEND_BOUND: Bound = Bound { absolute: 5e-5, relative: 0.0 };
 
 /// Half an LSB of rounding, and what the formats make of large pressures: a segment's leave room for the stiffest finger,
 /// so that a soft one has fewer bits, and near the pole the last bit of a pressure of 30 000 kPa is 1e-4.
