@@ -41,7 +41,7 @@
 
 mod direct;
 mod floating;
-mod segments;
+pub(crate) mod segments;
 mod tabulated;
 
 pub use tabulated::Tabulated;

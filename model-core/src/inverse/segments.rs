@@ -80,7 +80,7 @@ const fn place(index: usize) -> (u32, u32) {
 }
 
 /// h(α) = (1 − sin α / α) / α² = Σ (−α²)ⁿ / (2n + 3)!; 20 terms reach f64's own resolution below 180 degrees.
-const fn h_of(alpha: f64) -> f64 {
+pub(crate) const fn h_of(alpha: f64) -> f64 {
     let mut term = 1.0 / 6.0;
     let mut sum = 0.0;
     let mut n = 0;
