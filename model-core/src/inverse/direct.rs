@@ -1,9 +1,8 @@
 //! Both directions for coefficients given with the call: nothing is prepared, nothing is kept.
 //!
-//! P(α) = k·α + c1·A + c2·B is linear in its coefficients, and so are the quintics of a segment: six multiplications
-//! by c1 and six by c2 give the quintic of *this* finger on this segment. Forward it is evaluated; inverse it is solved by
-//! a few of Newton's steps. Five comparisons with the pressures at the segments' starts find the
-//! segment.
+//! P(α) = k·α + c1·A + c2·B is linear in its coefficients. Forward the quintics of A and B are evaluated and added up.
+//! Inverse, five comparisons with the pressures at the segments' starts find the segment; then six multiplications by c1
+//! and six by c2 give the quintic of *this* finger there, and a few of Newton's steps its root.
 
 use super::segments::{COEFFICIENTS, ENTRIES, MOST_FRACTION_BITS, Segment, TABLE, segment_of};
 use crate::units::Coefficients;
@@ -49,13 +48,6 @@ const fn plus_high(a: i32, b: i32, c: i32) -> i32 {
 struct Quintic([i32; COEFFICIENTS - 1]);
 
 impl Quintic {
-    /// The quintic, less its constant term, over y.
-    #[inline(always)]
-    const fn over_y(&self, y: i32) -> i32 {
-        let [c1, c2, c3, c4, c5] = self.0;
-        plus_high(c1, plus_high(c2, plus_high(c3, plus_high(c4, c5, y), y), y), y)
-    }
-
     /// One of Newton's steps from y on towards where the quintic and `excess` are zero together.
     #[inline(always)]
     const fn step(&self, excess: i32, y: i32) -> i32 {
@@ -85,6 +77,13 @@ impl Quintic {
         let slope = plus_high(p1, plus_high(p2, plus_high(p3, plus_high(p4, c5, y), y), y), y);
         (p1, (1 << 30) / ((slope >> 12) | 1))
     }
+}
+
+/// A quintic at y.
+#[inline(always)]
+const fn value_at(c: &[i32; COEFFICIENTS], y: i32) -> i32 {
+    let [c0, c1, c2, c3, c4, c5] = *c;
+    plus_high(c0, plus_high(c1, plus_high(c2, plus_high(c3, plus_high(c4, c5, y), y), y), y), y)
 }
 
 /// The angle in 2⁻²⁴ degree at y on a segment. A trace of positive y, by rounding, stays within the rounding to a bend.
@@ -152,18 +151,19 @@ impl Model {
 
     /// P at an angle in 2⁻²⁴ degree, at most 170 degrees: in Q32 beyond the fractional bits that come with it.
     ///
-    /// Non-decreasing, by its rounding within a segment and from one to the next.
+    /// Non-decreasing: A and B are, by their rounding within a segment and from one to the next, and so is k·α.
     #[inline(always)]
-    pub(super) fn pressure(&self, angle: u32) -> (i64, u32) {
+    pub(super) const fn pressure(&self, angle: u32) -> (i64, u32) {
         // 170 degrees itself is the end of the last segment.
-        let angle = angle.min(ANGLE_LIMIT - 1);
+        let angle = if angle < ANGLE_LIMIT { angle } else { ANGLE_LIMIT - 1 };
         let (index, width_bits) = segment_of(angle);
         let segment = &TABLE[index % ENTRIES];
         // Starts are multiples of the width.
         let y = 0i32.wrapping_sub(((angle << (32 - width_bits)) >> 1) as i32);
-        let rise = i64::from(self.quintic(segment).over_y(y)) * i64::from(y);
-        let wide = (i64::from(self.start(segment)) << 32).wrapping_add(rise);
-        (wide, MOST_FRACTION_BITS.wrapping_sub(u32::from(segment.fewer_bits)))
+        let [a, b] = [value_at(&segment.a, y), value_at(&segment.b, y)];
+        let bending = (self.bending(angle) >> (segment.fewer_bits & 31)) as i32;
+        let wide = (self.c1 as i64 * a as i64).wrapping_add(self.c2 as i64 * b as i64);
+        (wide.wrapping_add((bending as i64) << 32), MOST_FRACTION_BITS.wrapping_sub(segment.fewer_bits as u32))
     }
 
     /// The angle in 2⁻²⁴ degree at a pressure in Q22 kPa, above 0 and below 1024; at most 170 degrees.

@@ -9,9 +9,9 @@
 //! | | [`bend_from_pressure`], [`pressure_from_bend`] | [`Tabulated`] |
 //! |---|---|---|
 //! | Calibration | given with each call | prepared, in some 120,000 instructions |
-//! | Instructions on a Cortex-M4, bend / pressure | at most 200 / 115 | at most 45 / 50 below 256 kPa and 164 degrees |
+//! | Instructions on a Cortex-M4, bend / pressure | at most 200 / 95 | at most 45 / 50 below 256 kPa and 164 degrees |
 //! | Tables | 2 KiB of flash for both | 3 KiB of RAM for both |
-//! | Worst error, 0..150 kPa | 3.1e-5 degree, 3.6e-5 kPa | 1.7e-5 degree, 3.6e-5 kPa |
+//! | Worst error, 0..150 kPa | 3.1e-5 degree, 3.7e-5 kPa | 1.7e-5 degree, 2.6e-5 kPa |
 //!
 //! Rounding to the last bit alone is 7.6e-6. Instructions, and errors over eleven calibrations: `cargo xtask pareto`; errors
 //! over those of the tests: `cargo test -p model-core inverse -- --nocapture`.
@@ -74,7 +74,7 @@ pub fn bend_from_pressure(coefficients: &Coefficients, pressure: Pressure) -> Be
 /// The pressure that holds the segment at `bend`.
 ///
 /// From 0 to 170 degrees P(α), saturated at [`Pressure::MAX`]; 0 at or below 0 degrees, and beyond [`BEND_LIMIT`] the value
-/// there. Rounded to nearest; worst error over 0..150 kPa 3.6e-5 kPa, up to saturation 4e-6 of the value, at most 115
+/// there. Rounded to nearest; worst error over 0..150 kPa 3.7e-5 kPa, up to saturation 4e-6 of the value, at most 95
 /// instructions on a Cortex-M4 (see the [module](self)'s text). Non-decreasing.
 #[must_use]
 #[inline(always)]

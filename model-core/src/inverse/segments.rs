@@ -190,7 +190,9 @@ const fn magnitude(value: f64) -> f64 {
 /// The most fractional bits with which each coefficient fits 31 bits, alone and in the sum of any admitted calibration.
 const fn fraction_bits(index: usize) -> u32 {
     let [a, b] = powers(index);
-    let mut largest = 0.0;
+    // Both functions are largest at the right end.
+    let [a_end, b_end] = functions(start_deg(index) + width_deg(index));
+    let mut largest = if 128.0 * a_end > 4.0 * b_end { 128.0 * a_end } else { 4.0 * b_end };
     let mut power = 0;
     while power < COEFFICIENTS {
         let angle = match power {
