@@ -45,7 +45,7 @@ pub const BEND_BOUND: Bound = Bound { absolute: 5e-5, relative: 0.0 };
 
 /// Half an LSB of rounding, and what the formats make of large pressures: a segment's leave room for the stiffest finger,
 /// so that a soft one has fewer bits, and near the pole the last bit of a pressure of 30 000 kPa is 1e-4.
-pub const PRESSURE_BOUND: Bound = Bound { absolute: 2e-4, relative: 1.0 / 262_144.0 };
+pub const PRESSURE_BOUND: Bound = Bound { absolute: 5e-5, relative: 1.0 / 262_144.0 };
 
 /// The most that a result may be off: `absolute + relative · |exact|`, in the result's unit.
 #[derive(Clone, Copy, Debug)]
