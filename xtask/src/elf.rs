@@ -33,10 +33,14 @@ fn measurement() -> Result<std::process::Command> {
     Ok(cargo)
 }
 
-/// Builds and runs the measurement.
-pub fn figures(json: bool) -> Result<()> {
-    firmware::build()?;
-    crate::run(measurement()?.args(json.then_some("--json")))
+/// What `figures --json` of the firmware just built says; an error when a figure is over its limit.
+pub fn figures() -> Result<serde_json::Value> {
+    let output = measurement()?.arg("--json").stderr(std::process::Stdio::inherit()).output()?;
+    anyhow::ensure!(
+        output.status.success(),
+        "the firmware cannot be measured on the emulated board, or is over a limit"
+    );
+    Ok(serde_json::from_slice(&output.stdout)?)
 }
 
 /// The deepest stack, in bytes, that the firmware just built has on the emulated board.

@@ -5,9 +5,9 @@ use anyhow::{Context, Result, ensure};
 use std::fs;
 
 /// The most flash that the firmware may take.
-const FLASH_LIMIT: u64 = 96 * 1024;
+pub const FLASH_LIMIT: u64 = 96 * 1024;
 /// The most RAM that it may take, variables and stack.
-const RAM_LIMIT: u64 = 24 * 1024;
+pub const RAM_LIMIT: u64 = 24 * 1024;
 
 /// Builds and writes the images; returns the ELF and how it was built.
 pub fn build() -> Result<(Vec<u8>, toolchain::Route)> {

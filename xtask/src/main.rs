@@ -1,11 +1,15 @@
 //! The project's chores, in Rust so that they run wherever the project does: `cargo xtask help`.
 
+mod baseline;
+mod board_figures;
 mod elf;
 mod firmware;
+mod host_sim;
 mod image;
 mod markers;
 mod no_panic;
 mod pareto;
+mod plant;
 mod steps;
 mod toolchain;
 
@@ -37,6 +41,12 @@ enum Chore {
         /// Prints JSON.
         #[arg(long)]
         json: bool,
+        /// Renews the baseline docs/figures/firmware.json and the README's table.
+        #[arg(long)]
+        write: bool,
+        /// Compares with the baseline instead, and fails when a figure is worse.
+        #[arg(long, conflicts_with_all = ["json", "write"])]
+        check: bool,
     },
     /// Runs host-sim's command line with the firmware's ELF on the emulated board: what `host-sim run --on elf` starts.
     Elf {
@@ -62,15 +72,29 @@ enum Chore {
         /// Prints JSON.
         #[arg(long)]
         json: bool,
-        /// Renews the baseline docs/figures/pareto.json, the pictures in docs/images, and the documents' tables.
+        /// Renews the baseline docs/figures/pareto.json, the pictures in docs/images, and the tables in README.md,
+        /// docs/inverse.md and docs/hard-cases.md.
         #[arg(long)]
         write: bool,
         /// Compares with the baseline instead, and fails when a figure is worse.
         #[arg(long, conflicts_with_all = ["json", "write"])]
         check: bool,
     },
+    /// Measures the simulated plant's integrators: error against the reference, evaluations, speed on this host.
+    Plant {
+        /// Renews the baseline docs/figures/plant.json, the picture in docs/images, and the tables in docs/simulator.md.
+        #[arg(long)]
+        write: bool,
+        /// Compares errors and evaluations with the baseline instead, and fails when a figure is worse.
+        #[arg(long, conflicts_with = "write")]
+        check: bool,
+    },
     /// Makes the pictures that the README shows anew, from a run of the simulator.
     Pictures,
+    /// Renews every figure and picture that the documents show: `pareto --write`, `plant --write`, `figures --write`, `pictures`.
+    ///
+    /// All but the exhaustive run's table in docs/exhaustive.md, which takes long: `cargo xtask exhaustive -- --write`.
+    Docs,
 }
 
 fn main() -> std::process::ExitCode {
@@ -80,14 +104,18 @@ fn main() -> std::process::ExitCode {
             .map(|route| println!("firmware toolchain: {route}")),
         Chore::Test => steps::test(),
         Chore::Firmware { json } => firmware::build_and_report(json),
-        Chore::Figures { json } => elf::figures(json),
+        Chore::Figures { check: true, .. } => board_figures::gate(),
+        Chore::Figures { json, write, .. } => board_figures::figures(json, write),
         Chore::Elf { from, arguments } => return elf::run(from, &arguments),
         Chore::NoPanic => no_panic::check(),
         Chore::Truth => steps::cargo(&["run", "--quiet", "--package", "finger-tests", "--bin", "truth"]),
         Chore::Exhaustive { arguments } => steps::exhaustive(&arguments),
         Chore::Pareto { check: true, .. } => pareto::gate(),
         Chore::Pareto { json, write, .. } => pareto::pareto(json, write),
+        Chore::Plant { check: true, .. } => plant::gate(),
+        Chore::Plant { write, .. } => plant::plant(write),
         Chore::Pictures => steps::pictures(),
+        Chore::Docs => steps::docs(),
     };
     match outcome {
         Ok(()) => std::process::ExitCode::SUCCESS,

@@ -20,6 +20,22 @@ pub fn replace(file: &str, name: &str, content: &str) -> Result<()> {
 /// # Errors
 /// When a marker is missing, comes twice, or the end comes first.
 pub fn replaced(text: &str, name: &str, content: &str) -> Result<String> {
+    let (before, _, after) = split(text, name)?;
+    ensure!(!content.contains("<!-- "), "the new part has markers of its own");
+    Ok(format!("{before}\n{}\n{after}", content.trim_matches('\n')))
+}
+
+/// What lies between the markers, without the line ends beside them.
+///
+/// # Errors
+/// As [`replaced`].
+#[cfg(test)]
+pub fn content<'text>(text: &'text str, name: &str) -> Result<&'text str> {
+    split(text, name).map(|(_, content, _)| content.trim_matches('\n'))
+}
+
+/// The text up to the first marker's end, between the markers, and from the last one on.
+fn split<'text>(text: &'text str, name: &str) -> Result<(&'text str, &'text str, &'text str)> {
     let [begin, end] = ["BEGIN", "END"].map(|word| format!("<!-- {word} {name} -->"));
     for marker in [&begin, &end] {
         match text.matches(marker).count() {
@@ -28,10 +44,10 @@ pub fn replaced(text: &str, name: &str, content: &str) -> Result<String> {
             count => bail!("the marker {marker} is there {count} times: leave one"),
         }
     }
-    let (before, rest) = text.split_once(&begin).context("just counted")?;
-    let Some((_, after)) = rest.split_once(&end) else { bail!("{end} comes before {begin}") };
-    ensure!(!content.contains("<!-- "), "the new part has markers of its own");
-    Ok(format!("{before}{begin}\n{}\n{end}{after}", content.trim_matches('\n')))
+    let start = text.find(&begin).context("just counted")? + begin.len();
+    let stop = text.find(&end).context("just counted")?;
+    ensure!(start <= stop, "{end} comes before {begin}");
+    Ok((&text[..start], &text[start..stop], &text[stop..]))
 }
 
 #[cfg(test)]
@@ -45,6 +61,7 @@ mod tests {
         let once = replaced(TEXT, "x", "new\nlines\n").expect("both markers");
         assert_eq!(once, "a\n<!-- BEGIN x -->\nnew\nlines\n<!-- END x -->\nb\n");
         assert_eq!(replaced(&once, "x", "new\nlines\n").expect("both markers"), once);
+        assert_eq!(content(&once, "x").expect("both markers"), "new\nlines");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Chores of several steps, each announced and timed.
 
-use crate::{command, elf, firmware, no_panic, pareto, root, run, toolchain};
+use crate::{board_figures, command, firmware, no_panic, pareto, plant, root, run, toolchain};
 use anyhow::{Context, Result, ensure};
 use std::ffi::OsString;
 use std::fs;
@@ -8,6 +8,32 @@ use std::time::Instant;
 
 /// One step: what it is, and how it is done.
 type Step = (&'static str, fn() -> Result<()>);
+
+/// Announces, does and times one after the other, up to the first that fails.
+fn all(steps: &[Step]) -> Result<()> {
+    let mut times = Vec::new();
+    for (index, (name, step)) in steps.iter().enumerate() {
+        println!("== {}/{} {name}", index + 1, steps.len());
+        let start = Instant::now();
+        step().with_context(|| format!("step '{name}' failed"))?;
+        times.push((name, start.elapsed()));
+    }
+    println!("== all passed");
+    for (name, time) in times {
+        println!("  {name:<30}{:>7.1} s", time.as_secs_f64());
+    }
+    Ok(())
+}
+
+/// Renews every figure and picture that the documents show, but the exhaustive run's.
+pub fn docs() -> Result<()> {
+    all(&[
+        ("ways to compute the model", || pareto::pareto(false, true)),
+        ("the plant's integrators", || plant::plant(true)),
+        ("firmware", || board_figures::figures(false, true)),
+        ("pictures", pictures),
+    ])
+}
 
 /// Everything that must hold before a change is accepted.
 pub fn test() -> Result<()> {
@@ -25,28 +51,20 @@ pub fn test() -> Result<()> {
         }),
         ("firmware and its size", || firmware::build_and_report(false)),
         ("no panic path", no_panic::check),
-        ("figures against the baseline", pareto::gate),
+        ("figures against the baseline", || {
+            pareto::gate()?;
+            plant::gate()
+        }),
         // Optimised: a minute of the board's time is three hundred million instructions.
         ("firmware on the emulated board", || cargo(&["test", "--release", "--package", "emulated-board"])),
-        ("firmware's figures", || elf::figures(false)),
+        ("firmware's figures", board_figures::gate),
         ("simulator's main job", simulator),
         ("the same on the ELF", || {
             let run = ["run", "--release", "--quiet", "--", "run", "--on", "elf", "--out", "target/xtask-run-elf"];
             cargo(&run)
         }),
     ];
-    let mut times = Vec::new();
-    for (index, (name, step)) in steps.iter().enumerate() {
-        println!("== {}/{} {name}", index + 1, steps.len());
-        let start = Instant::now();
-        step().with_context(|| format!("step '{name}' failed"))?;
-        times.push((name, start.elapsed()));
-    }
-    println!("== all passed");
-    for (name, time) in times {
-        println!("  {name:<24}{:>7.1} s", time.as_secs_f64());
-    }
-    Ok(())
+    all(&steps)
 }
 
 /// Runs cargo in the workspace.

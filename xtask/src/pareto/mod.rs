@@ -1,17 +1,44 @@
-//! The methods side by side: measured on host and emulated Cortex-M4, held to the committed baseline, drawn.
+//! The methods side by side: measured on host and emulated Cortex-M4, held to the committed baseline, drawn; and what they
+//! do in the hard cases.
 
-mod baseline;
 mod figures;
+mod hard_cases;
+mod labels;
 mod plot;
 
+use crate::baseline::{Baseline, Margin};
 use crate::{command, markers, root, run, toolchain};
 use anyhow::{Context, Result, ensure};
+pub use figures::grouped;
 use figures::{Direction, Report};
 use std::fs;
 use std::process::Stdio;
 
 /// What a change is held to.
-const BASELINE: &str = "docs/figures/pareto.json";
+const BASELINE: Baseline = Baseline {
+    file: "docs/figures/pareto.json",
+    renew: "cargo xtask pareto --write",
+    lists: &["methods", "references"],
+    words: &["method", "direction", "function"],
+    margin,
+};
+
+/// The margin of a figure by its name; `None` for what is no figure. Errors are computed on the host and should not
+/// move at all, but for the last digits of the reference in f64 itself, which are those of the host's sine;
+/// instructions and sizes differ between the compilers of xtask's two routes.
+fn margin(name: &str) -> Option<Margin> {
+    if name.starts_with("max_error") || name.starts_with("rms_error") {
+        Some(Margin { part: 0.01, amount: 1e-9 })
+    } else if name.contains("instructions") {
+        Some(Margin { part: 0.1, amount: 4.0 })
+    } else if name.contains("flash") {
+        Some(Margin { part: 0.1, amount: 64.0 })
+    } else if name == "ram_bytes" || name == "calls_that_differ_from_host" {
+        Some(Margin { part: 0.0, amount: 0.0 })
+    } else {
+        None
+    }
+}
 
 /// Builds `counted` for the Cortex-M4: target/counted/counted.elf.
 fn build() -> Result<()> {
@@ -45,10 +72,7 @@ pub fn pareto(json: bool, write: bool) -> Result<()> {
     }
     let text = measure()?;
     let report = Report::parse(&text)?;
-    let path = root().join(BASELINE);
-    fs::create_dir_all(path.parent().context("a file in a folder")?)?;
-    fs::write(&path, format!("{}\n", text.trim_end()))?;
-    eprintln!("{BASELINE}");
+    BASELINE.write(&text)?;
     for direction in Direction::BOTH {
         let name = format!("pareto-{}", direction.name());
         let picture = format!("docs/images/{name}.svg");
@@ -58,6 +82,7 @@ pub fn pareto(json: bool, write: bool) -> Result<()> {
         markers::replace("README.md", &name, &report.front_table(direction))?;
     }
     eprintln!("docs/inverse.md, README.md");
+    hard_cases::write()?;
     if json {
         println!("{}", text.trim_end());
     } else {
@@ -68,22 +93,55 @@ pub fn pareto(json: bool, write: bool) -> Result<()> {
     Ok(())
 }
 
-/// Measures anew and compares with the baseline.
+/// Measures anew and compares with the baselines.
 pub fn gate() -> Result<()> {
-    let committed = fs::read_to_string(root().join(BASELINE))
-        .with_context(|| format!("{BASELINE} is missing: write it with `cargo xtask pareto --write`"))?;
-    let comparison = baseline::compare(&committed, &measure()?)?;
-    for line in &comparison.better {
-        println!("better: {line}");
+    BASELINE.gate(&measure()?)?;
+    hard_cases::gate()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::baseline::tests::assert_holds;
+    use serde_json::json;
+
+    #[test]
+    fn each_figure_fails_just_beyond_its_margin() {
+        let report = json!({
+            "methods": [{
+                "method": "newton", "direction": "bend", "summary": "words", "calls": 7, "host_time_ratio": 0.5,
+                "max_error_deg": 1e-5, "rms_error_working_deg": 1e-6, "instructions_cortex_m4_worst": 1000,
+                "prepare_instructions_cortex_m4": 20, "flash_code_bytes": 2000, "flash_table_bytes": 0, "ram_bytes": 12,
+                "calls_that_differ_from_host": 0,
+            }],
+            "references": [{ "function": "cossin", "max_error_full_scale": 1e-5 }],
+        });
+        let edges = [
+            ("max_error_deg", json!(1.0099e-5), json!(1.0103e-5)),
+            ("rms_error_working_deg", json!(1.0109e-6), json!(1.0112e-6)),
+            ("max_error_full_scale", json!(1.0099e-5), json!(1.0103e-5)),
+            ("instructions_cortex_m4_worst", json!(1104), json!(1105)),
+            ("prepare_instructions_cortex_m4", json!(26), json!(27)),
+            ("flash_code_bytes", json!(2264), json!(2265)),
+            ("flash_table_bytes", json!(64), json!(65)),
+            ("ram_bytes", json!(12), json!(13)),
+            ("calls_that_differ_from_host", json!(0), json!(1)),
+        ];
+        assert_holds(&BASELINE, &report, &edges);
     }
-    if !comparison.better.is_empty() {
-        println!("the baseline can be tightened: `cargo xtask pareto --write`");
+
+    /// What the documents show is the baseline, not what somebody typed.
+    #[test]
+    fn documents_and_pictures_show_the_baseline() {
+        let report = Report::parse(&BASELINE.committed().expect("committed")).expect("complete");
+        let read = |file: &str| fs::read_to_string(root().join(file)).expect(file);
+        for direction in Direction::BOTH {
+            let name = format!("pareto-{}", direction.name());
+            let shown = |file: &str| markers::content(&read(file), &name).expect(file).to_owned();
+            assert_eq!(shown("docs/inverse.md"), report.table(direction).trim_end());
+            assert_eq!(shown("README.md"), report.front_table(direction).trim_end());
+            let picture = plot::picture(&report, direction).expect("draws");
+            assert!(read(&format!("docs/images/{name}.svg")) == picture, "{name}: cargo xtask pareto --write");
+        }
     }
-    ensure!(
-        comparison.worse.is_empty(),
-        "worse than {BASELINE}:\n  {}\nif that is meant: `cargo xtask pareto --write`",
-        comparison.worse.join("\n  ")
-    );
-    println!("{} figures within their margins of {BASELINE}", comparison.compared);
-    Ok(())
 }

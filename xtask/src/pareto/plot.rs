@@ -1,26 +1,24 @@
 //! Worst error against instructions, both logarithmic: one mark a method, and the line of those that nothing beats.
 
 use super::figures::{Direction, Entry, Report, grouped};
+use super::labels::{self, FONT, Place, text_size};
 use anyhow::{Result, anyhow};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-const SIZE: (u32, u32) = (900, 560);
+const SIZE: (u32, u32) = (900, 660);
 const INK: RGBColor = RGBColor(60, 64, 72);
 const FAINT: RGBColor = RGBColor(226, 229, 234);
 const GREY: RGBColor = RGBColor(160, 165, 173);
+/// For letters, which need more contrast than marks.
+const DARK_GREY: RGBColor = RGBColor(112, 117, 126);
 const FRONT: RGBColor = RGBColor(0, 114, 178);
 const CHOSEN: RGBColor = RGBColor(213, 94, 0);
 const REFERENCE: RGBColor = RGBColor(0, 158, 115);
-const FONT: i32 = 13;
 
 /// Resolution of I16F16.
 const OUTPUT_LSB: f64 = 1.0 / 65_536.0;
-
-/// Below this a mark lies on the picture's lower edge, and its label tells the error: a thousandth of the output's LSB
-/// is of no more use than a tenth.
-const FLOOR: f64 = 2e-8;
 
 /// Resolution of the sensors: 0.1 degree (BF350 with its amplifier), 1 kPa (ISE30A).
 const fn sensor(direction: Direction) -> (f64, &'static str) {
@@ -33,58 +31,6 @@ const fn sensor(direction: Direction) -> (f64, &'static str) {
 #[expect(clippy::needless_pass_by_value, reason = "the form that map_err takes")]
 fn drawing<E: std::error::Error + Send + Sync>(error: DrawingAreaErrorKind<E>) -> anyhow::Error {
     anyhow!("cannot draw: {error}")
-}
-
-/// A rectangle in pixels: left, top, right, bottom.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Place(i32, i32, i32, i32);
-
-impl Place {
-    const fn around((x, y): (i32, i32), half: i32) -> Self {
-        Self(x - half, y - half, x + half, y + half)
-    }
-
-    /// A line, level or upright, with a little air.
-    fn along(one: (i32, i32), other: (i32, i32)) -> Self {
-        Self(one.0.min(other.0) - 1, one.1.min(other.1) - 1, one.0.max(other.0) + 1, one.1.max(other.1) + 1)
-    }
-
-    const fn meets(&self, other: &Self) -> bool {
-        self.0 < other.2 && other.0 < self.2 && self.1 < other.3 && other.1 < self.3
-    }
-
-    const fn inside(&self, other: &Self) -> bool {
-        self.0 >= other.0 && self.1 >= other.1 && self.2 <= other.2 && self.3 <= other.3
-    }
-}
-
-/// Room that a text of [`FONT`] takes; 0.58 of its height a letter is on the safe side for a sans-serif.
-fn text_size(text: &str) -> (i32, i32) {
-    ((text.chars().count() as f64 * f64::from(FONT) * 0.58).ceil() as i32 + 2, FONT + 3)
-}
-
-/// A place for each label, near its mark, that meets no mark, no other label and nothing that is `taken`.
-fn label_places(marks: &[((i32, i32), String)], taken: &[Place], bounds: Place) -> Vec<Place> {
-    let mut obstacles: Vec<_> = marks.iter().map(|&(mark, _)| Place::around(mark, 6)).collect();
-    obstacles.extend(taken);
-    let mut places = Vec::new();
-    for &((x, y), ref text) in marks {
-        let (width, height) = text_size(text);
-        let candidates = (0..40).flat_map(|ring| {
-            let away = 11 + ring * 5;
-            let [right, left, middle] = [x + away.min(60), x - away.min(60) - width, x - width / 2];
-            let [above, level, below] = [y - away - height / 2, y - height / 2, y + away - height / 2];
-            [(right, level), (left, level), (middle, above), (middle, below)]
-                .into_iter()
-                .chain([(right, above), (right, below), (left, above), (left, below)])
-                .map(move |(left, top)| Place(left, top, left + width, top + height))
-        });
-        let free = |place: &Place| place.inside(&bounds) && !obstacles.iter().any(|other| place.meets(other));
-        let place = candidates.into_iter().find(free).unwrap_or(Place(x + 10, y, x + 10 + width, y + height));
-        obstacles.push(place);
-        places.push(place);
-    }
-    places
 }
 
 /// The range of the values, widened to look well on a logarithmic axis.
@@ -114,10 +60,10 @@ fn draw(
     entries: &[&Entry],
     front: &[&Entry],
 ) -> Result<()> {
-    let point = |entry: &Entry| (entry.instructions_mean.max(1.0), entry.max_error_working.max(FLOOR));
+    let point = |entry: &Entry| (entry.instructions_mean.max(1.0), entry.max_error_working.max(f64::EPSILON));
     let (sensor, sensor_name) = sensor(direction);
-    let x = range(entries.iter().map(|entry| point(entry).0), 0.6, 2.5);
-    let y = range(entries.iter().map(|entry| point(entry).1).chain([OUTPUT_LSB, sensor]), 0.3, 3.0);
+    let x = range(entries.iter().map(|entry| point(entry).0), 0.6, 2.0);
+    let y = range(entries.iter().map(|entry| point(entry).1).chain([OUTPUT_LSB, sensor]), 0.2, 6.0);
     let title = match direction {
         Direction::Bend => "Bend from pressure",
         Direction::Pressure => "Pressure from bend",
@@ -137,7 +83,8 @@ fn draw(
         .axis_style(INK)
         .label_style(("sans-serif", 12, &INK))
         .x_label_formatter(&|value| grouped(value.round() as u64))
-        .y_label_formatter(&|value| format!("{value:.0e}"))
+        .y_labels(20)
+        .y_label_formatter(&|value| power_of_ten(*value))
         .x_desc("instructions on the Cortex-M4, mean over 0-150 kPa")
         .y_desc(format!("worst error over 0-150 kPa, any calibration, {}", direction.unit()))
         .draw()
@@ -152,7 +99,7 @@ fn draw(
         let end = chart.backend_coord(&(x.end, value));
         let (width, height) = text_size(&name);
         let place = Place(end.0 - width - 4, end.1 - height, end.0 - 4, end.1 - 1);
-        write(area, &name, place, REFERENCE)?;
+        write(area, &name, place, HPos::Right, REFERENCE)?;
         taken.extend([place, Place::along(chart.backend_coord(&(x.start, value)), end)]);
     }
 
@@ -168,36 +115,129 @@ fn draw(
     taken.extend(corners.windows(2).map(|ends| Place::along(ends[0], ends[1])));
     chart.draw_series(LineSeries::new(steps, FRONT.mix(0.6).stroke_width(2))).map_err(drawing)?;
 
-    let label = |entry: &Entry| {
-        let Entry { method, max_error_working: error, .. } = entry;
-        if *error < FLOOR { format!("{method}, {error:.0e}") } else { method.clone() }
-    };
-    let marks: Vec<_> = entries.iter().map(|entry| (chart.backend_coord(&point(entry)), label(entry))).collect();
-    let places = label_places(&marks, &taken, bounds);
-    for ((entry, &(mark, ref name)), place) in entries.iter().zip(&marks).zip(places) {
-        let on_front = front.iter().any(|other| other.method == entry.method);
-        let colour = if entry.chosen() {
-            CHOSEN
-        } else if on_front {
-            FRONT
+    legend(area, bounds, &mut taken)?;
+
+    let mut marks: Vec<((i32, i32), String)> = Vec::new();
+    let mut kinds: Vec<Kind> = Vec::new();
+    for entry in entries {
+        let mark = chart.backend_coord(&point(entry));
+        let kind = Kind::of(entry, front);
+        // Two on the same spot share a label.
+        if let Some(index) = marks.iter().position(|(other, _)| *other == mark) {
+            marks[index].1 += &format!(", {}", entry.method);
+            kinds[index] = kinds[index].min(kind);
         } else {
-            GREY
-        };
-        // A line to a label that had to go further away.
-        let near = (mark.0.clamp(place.0, place.2), mark.1.clamp(place.1, place.3));
-        if (near.0 - mark.0).pow(2) + (near.1 - mark.1).pow(2) > 13 * 13 {
-            area.draw(&PathElement::new([mark, near], GREY.stroke_width(1))).map_err(drawing)?;
+            marks.push((mark, entry.method.clone()));
+            kinds.push(kind);
         }
-        let radius = if entry.chosen() { 6 } else { 4 };
-        area.draw(&Circle::new(mark, radius, colour.filled())).map_err(drawing)?;
-        write(area, name, place, colour)?;
+    }
+    let places = labels::places(&marks, &taken, bounds);
+    for (&(mark, _), place) in marks.iter().zip(&places) {
+        if let Some((from, to)) = labels::leader(mark, place) {
+            area.draw(&PathElement::new([from, to], GREY.stroke_width(1))).map_err(drawing)?;
+        }
+    }
+    for (((mark, name), kind), place) in marks.iter().zip(kinds).zip(places) {
+        area.draw(&kind.circle(*mark)).map_err(drawing)?;
+        let side = match mark.0 {
+            x if x <= place.0 => HPos::Left,
+            x if x >= place.2 => HPos::Right,
+            _ => HPos::Center,
+        };
+        write(area, name, place, side, kind.ink())?;
     }
     Ok(())
 }
 
-fn write(area: &DrawingArea<SVGBackend<'_>, Shift>, text: &str, place: Place, colour: RGBColor) -> Result<()> {
-    let style = ("sans-serif", FONT).into_font().color(&colour).pos(Pos::new(HPos::Left, VPos::Top));
-    area.draw(&Text::new(text.to_owned(), (place.0, place.1), style)).map_err(drawing)
+/// How a method fares; the first is the most to be seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Kind {
+    Chosen,
+    OnFront,
+    Beaten,
+}
+
+impl Kind {
+    /// Each with what the legend says.
+    const ALL: [(Self, &'static str); 3] = [
+        (Self::Chosen, "the core's own"),
+        (Self::OnFront, "beaten by no other"),
+        (Self::Beaten, "beaten in both error and instructions"),
+    ];
+
+    fn of(entry: &Entry, front: &[&Entry]) -> Self {
+        if entry.chosen() {
+            Self::Chosen
+        } else if front.iter().any(|other| other.method == entry.method) {
+            Self::OnFront
+        } else {
+            Self::Beaten
+        }
+    }
+
+    fn circle(self, mark: (i32, i32)) -> Circle<(i32, i32), i32> {
+        let (radius, colour) = match self {
+            Self::Chosen => (6, CHOSEN),
+            Self::OnFront => (4, FRONT),
+            Self::Beaten => (4, GREY),
+        };
+        Circle::new(mark, radius, colour.filled())
+    }
+
+    const fn ink(self) -> RGBColor {
+        match self {
+            Self::Chosen => CHOSEN,
+            Self::OnFront => FRONT,
+            Self::Beaten => DARK_GREY,
+        }
+    }
+}
+
+/// What the colours mean, in the corner where nothing can be: few instructions and no error.
+fn legend(area: &DrawingArea<SVGBackend<'_>, Shift>, bounds: Place, taken: &mut Vec<Place>) -> Result<()> {
+    for (line, (kind, text)) in (1..).zip(Kind::ALL.iter().rev()) {
+        let (width, height) = text_size(text);
+        let (left, top) = (bounds.0 + 22, bounds.3 - 20 * line);
+        let place = Place(left, top, left + width, top + height);
+        area.draw(&kind.circle((left - 12, top + height / 2))).map_err(drawing)?;
+        write(area, text, place, HPos::Left, kind.ink())?;
+        taken.push(Place(bounds.0, top, left + width, top + height));
+    }
+    Ok(())
+}
+
+/// A power of ten as people write it.
+fn power_of_ten(value: f64) -> String {
+    let exponent = value.log10().round() as i32;
+    let superscript = |digit: char| match digit {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        digit => char::from_u32('⁰' as u32 + digit.to_digit(10).unwrap_or(0)).unwrap_or(digit),
+    };
+    match exponent {
+        -2..=2 => format!("{}", 10_f64.powi(exponent)),
+        _ => format!("10{}", exponent.to_string().chars().map(superscript).collect::<String>()),
+    }
+}
+
+/// Writes into a place, which is a little wider than the text: on the side that is nearer to what it belongs to.
+fn write(
+    area: &DrawingArea<SVGBackend<'_>, Shift>,
+    text: &str,
+    place: Place,
+    side: HPos,
+    colour: RGBColor,
+) -> Result<()> {
+    let x = match side {
+        HPos::Left => place.0,
+        HPos::Center => i32::midpoint(place.0, place.2),
+        HPos::Right => place.2,
+    };
+    let style = ("sans-serif", FONT).into_font().color(&colour).pos(Pos::new(side, VPos::Top));
+    // The letters' top is above that of their line.
+    area.draw(&Text::new(text.to_owned(), (x, place.1 + 2), style)).map_err(drawing)
 }
 
 #[cfg(test)]
@@ -206,16 +246,15 @@ mod tests {
     use crate::pareto::figures::tests::report;
 
     #[test]
-    fn labels_meet_neither_marks_nor_one_another() {
-        // Thirteen marks on top of one another, nearly.
-        let marks: Vec<_> = (0..13).map(|n| ((400 + n % 4, 300 + n / 4), format!("a-method-{n}"))).collect();
-        let bounds = Place(60, 20, 880, 500);
-        let places = label_places(&marks, &[], bounds);
-        for (index, place) in places.iter().enumerate() {
-            assert!(place.inside(&bounds), "{place:?}");
-            assert!(!marks.iter().any(|&(mark, _)| place.meets(&Place::around(mark, 6))), "{place:?}");
-            assert!(!places[..index].iter().any(|other| place.meets(other)), "{place:?}");
-        }
+    fn powers_of_ten_are_readable() {
+        assert_eq!([1e1, 1.0, 0.01, 1e-3, 1e-14, 1e25].map(power_of_ten), ["10", "1", "0.01", "10⁻³", "10⁻¹⁴", "10²⁵"]);
+    }
+
+    #[test]
+    fn methods_on_one_spot_share_a_label() {
+        let methods = [("segment-newton", 1e-5, 1300.0), ("twin", 1e-5, 1300.0), ("floating-quartic", 1e-2, 50.0)];
+        let svg = picture(&report(&methods), Direction::Pressure).expect("draws");
+        assert!(svg.contains("segment-newton, twin"));
     }
 
     #[test]

@@ -51,10 +51,12 @@ fn main() -> Result<()> {
         let report = serde_json::json!({
             "control_tick_instructions_mean": mean_tick,
             "control_tick_instructions_worst": worst_tick,
+            "control_tick_instructions_limit": TICK_LIMIT,
             "cpu_load_mean_percent": mean_load,
             "cpu_load_worst_percent": worst_load,
             "emergency_stop_latency_us": stop,
             "over_pressure_switch_latency_us": switch,
+            "interlock_latency_limit_us": LATENCY_LIMIT_US,
             "stack_bytes": stack,
             "virtual_seconds": milliseconds as f64 / 1000.0,
             "virtual_seconds_per_second": real_time,
