@@ -9,8 +9,8 @@ use std::time::Instant;
 /// One step: what it is, and how it is done.
 type Step = (&'static str, fn() -> Result<()>);
 
-/// Announces, does and times one after the other, up to the first that fails.
-fn all(steps: &[Step]) -> Result<()> {
+/// Announces, does and times one after the other, up to the first that fails; `done` is said at the end.
+fn all(steps: &[Step], done: &str) -> Result<()> {
     let mut times = Vec::new();
     for (index, (name, step)) in steps.iter().enumerate() {
         println!("== {}/{} {name}", index + 1, steps.len());
@@ -18,7 +18,7 @@ fn all(steps: &[Step]) -> Result<()> {
         step().with_context(|| format!("step '{name}' failed"))?;
         times.push((name, start.elapsed()));
     }
-    println!("== all passed");
+    println!("== {done}");
     for (name, time) in times {
         println!("  {name:<30}{:>7.1} s", time.as_secs_f64());
     }
@@ -27,12 +27,13 @@ fn all(steps: &[Step]) -> Result<()> {
 
 /// Renews every figure and picture that the documents show, but the exhaustive run's.
 pub fn docs() -> Result<()> {
-    all(&[
+    let steps: [Step; 4] = [
         ("ways to compute the model", || pareto::pareto(false, true)),
         ("the plant's integrators", || plant::plant(true)),
         ("firmware", || board_figures::figures(false, true)),
         ("pictures", pictures),
-    ])
+    ];
+    all(&steps, "all renewed")
 }
 
 /// Everything that must hold before a change is accepted.
@@ -64,7 +65,7 @@ pub fn test() -> Result<()> {
             cargo(&run)
         }),
     ];
-    all(&steps)
+    all(&steps, "all passed")
 }
 
 /// Runs cargo in the workspace.
