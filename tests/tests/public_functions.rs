@@ -86,10 +86,8 @@ impl Offer {
         let mut macros = BTreeMap::new();
         for item in items {
             match item {
-                Item::Mod(inner) if compiled(&inner.attrs) => {
-                    assert!(is_public(&inner.vis), "{}: teach this test about private modules", inner.ident);
-                    self.submodule(inner, folder);
-                }
+                Item::Mod(inner) if compiled(&inner.attrs) && is_public(&inner.vis) => self.submodule(inner, folder),
+                Item::Mod(inner) if compiled(&inner.attrs) => self.reexported(inner, items, folder),
                 Item::Fn(function) if is_public(&function.vis) && compiled(&function.attrs) => {
                     self.names.insert(format!("{module}::{}", function.sig.ident));
                 }
@@ -107,6 +105,29 @@ impl Offer {
                 Item::Trait(item) => assert!(!is_public(&item.vis), "{}: teach this test about traits", item.ident),
                 _ => {}
             }
+        }
+    }
+
+    /// What `pub use` offers of a private module beside it: types by their names.
+    fn reexported(&mut self, inner: &syn::ItemMod, items: &[Item], folder: &Path) {
+        let shown = items.iter().filter_map(|item| match item {
+            Item::Use(item) if is_public(&item.vis) => match &item.tree {
+                syn::UseTree::Path(path) if path.ident == inner.ident => match &*path.tree {
+                    syn::UseTree::Name(name) => Some(name.ident.to_string()),
+                    other => panic!("{}: teach this test about such a `pub use`", other.to_token_stream()),
+                },
+                _ => None,
+            },
+            _ => None,
+        });
+        let mut hidden = Self::default();
+        hidden.submodule(inner, folder);
+        for name in shown {
+            let of_it = |text: &&String| text.split(|c: char| !c.is_alphanumeric()).any(|word| word == name);
+            let names: Vec<_> = hidden.names.iter().filter(of_it).cloned().collect();
+            assert!(!names.is_empty(), "{name}: teach this test where it comes from");
+            self.names.extend(names);
+            self.debug_types += hidden.debug_types;
         }
     }
 

@@ -8,6 +8,7 @@ use heapless::String;
 use model_core::actuation::{Actuation, Passage, Segment};
 use model_core::calibration;
 use model_core::controller::{Command, Controller, Fault, Inputs, Mode, Outputs, Reading, Rejection};
+use model_core::inverse::Tabulated;
 use model_core::observer::{DeadTicks, Observer, Pneumatics};
 use model_core::protocol::frame::{self, Decoder, FrameError, MAX_FRAME};
 use model_core::protocol::message::{
@@ -110,6 +111,7 @@ fn controller() {
 fn states() {
     let controller = Controller::new(calibration::DEFAULT);
     cloned::<Controller>(&controller);
+    cloned::<Tabulated>(&Tabulated::new(&calibration::DEFAULT));
     let observer = Observer::new(Pneumatics::NOMINAL);
     cloned::<Observer>(&observer);
     plain::<DeadTicks>(&DeadTicks::MAX);
