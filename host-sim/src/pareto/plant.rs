@@ -69,6 +69,7 @@ pub fn choices() -> Vec<Choice> {
     all.extend(fixed(Method::Heun, &[1, 2, 5, 10]));
     all.extend(fixed(Method::RungeKutta4, &[1, 2, 5]));
     all.extend(fixed(Method::RosenbrockEuler, &[1, 2, 5, 10, 20]));
+    all.extend(fixed(Method::LinearlyImplicitMidpoint, &[1, 2, 5, 10]));
     all.extend(fixed(Method::Rosenbrock2, &[1, 2, 5, 10]));
     all.extend([1e-1, 1e-2, 1e-3, 1e-4].map(adaptive));
     all

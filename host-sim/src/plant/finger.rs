@@ -58,8 +58,45 @@ pub(super) struct BendState {
     slope: f64,
     /// What the goal moved by in the last step: where the next search starts.
     moved: f64,
+    /// Whether the last step found bend and pressure stiff: the next one most likely will.
+    stiff: bool,
     /// Air with which bend and pressure have come to rest, NL; not a number while they move.
     settled_nl: f64,
+}
+
+/// A Newton step up to this share of the goal leaves an error of about its square: 1e-8 of the goal, which the next tick
+/// finds and takes away.
+const NEWTON_SHARE: f64 = 1e-4;
+
+/// Where one step of Newton's method puts a bend.
+struct Proposal {
+    /// Whether that is good enough.
+    holds: bool,
+    goal: f64,
+    slope: f64,
+    alpha: f64,
+}
+
+/// One step of all three bends, each with its chamber's gas: [`Bend::step`] for each, side by side as long as one step of
+/// Newton's method is enough for all.
+#[inline]
+pub fn step_all(bends: &mut [Bend; 3], gases: &mut [GasVolume; 3], atmosphere_kpa: f64, step: &LagStep) {
+    #[expect(clippy::float_cmp, reason = "untouched, not merely near")]
+    let settled = (0..3).all(|i| gases[i].content_nl() == bends[i].state.settled_nl);
+    if settled {
+        return;
+    }
+    let proposals: [Proposal; 3] =
+        core::array::from_fn(|i| bends[i].proposal(gases[i].content_nl(), gases[i].volume_l(), atmosphere_kpa, step));
+    let [a, b, c] = &proposals;
+    let all_hold = a.holds & b.holds & c.holds;
+    for i in 0..3 {
+        if all_hold {
+            bends[i].take(&proposals[i], &mut gases[i]);
+        } else {
+            bends[i].step(&mut gases[i], atmosphere_kpa, step);
+        }
+    }
 }
 
 impl Bend {
@@ -71,7 +108,7 @@ impl Bend {
             curve,
             rest_volume_l,
             growth_l_per_rad,
-            state: BendState { alpha: 0.0, goal: 0.0, slope, moved: 0.0, settled_nl: f64::NAN },
+            state: BendState { alpha: 0.0, goal: 0.0, slope, moved: 0.0, stiff: false, settled_nl: f64::NAN },
         }
     }
 
@@ -117,18 +154,67 @@ impl Bend {
         let slope = self.state.slope * gas.volume_l() * gas.volume_l();
         let coupling = content_nl * REFERENCE_KPA * self.growth_l_per_rad;
         let stiff = step.ratio * (slope + coupling) > 0.5 * slope;
+        self.state.stiff = stiff;
         let end_share = if stiff || step.share >= 1.0 { 1.0 } else { 0.5 };
         let base = self.state.alpha + (self.state.goal * (1.0 - end_share) - self.state.alpha) * step.share;
         let share = step.share * end_share;
         self.solve(content_nl * REFERENCE_KPA, atmosphere_kpa, base, share);
-        self.state.alpha = base + self.state.goal * share;
-        // The tail of the exponential, far below anything measurable, would end in slow denormal numbers.
-        if self.state.goal <= 0.0 && self.state.alpha < 1e-12 {
-            self.state.alpha = 0.0;
+        self.arrive(base + self.state.goal * share, gas);
+    }
+
+    /// The same as [`Self::step`] where one step of Newton's method from last tick's goal, moved on as it moved then, is
+    /// enough; `volume_l` is the gas's. Nothing branches on it, and but for the last few products nothing in it waits for
+    /// the gas's content: three of these run side by side.
+    #[inline]
+    #[must_use]
+    fn proposal(&self, content_nl: f64, volume_l: f64, atmosphere_kpa: f64, step: &LagStep) -> Proposal {
+        let BendState { alpha, goal: last, slope, moved, stiff, .. } = self.state;
+        let no_lag = step.share >= 1.0;
+        let end_share = if stiff | no_lag { 1.0 } else { 0.5 };
+        let share = step.share * end_share;
+        let base = alpha + (last * (1.0 - end_share) - alpha) * step.share;
+        let base_volume = self.rest_volume_l + self.growth_l_per_rad * base;
+        let growth = self.growth_l_per_rad * share;
+        let start = last + moved;
+        let (model, start_slope) = self.curve.pressure_and_slope_within(start);
+        let absolute = model + atmosphere_kpa;
+        let volume = base_volume + growth * start;
+        let per_slope = 1.0 / (start_slope * volume + absolute * growth);
+
+        let pressure_volume = content_nl * REFERENCE_KPA;
+        let newton = (absolute * volume - pressure_volume) * per_slope;
+        let straight = pressure_volume - atmosphere_kpa * base_volume <= 1e-11 * base_volume;
+        let square = slope * volume_l * volume_l;
+        let stiff_now = step.ratio * (square + pressure_volume * self.growth_l_per_rad) > 0.5 * square;
+        let taken = newton.abs() <= NEWTON_SHARE * start && start <= self.curve.end_rad();
+        let goal = if straight { 0.0 } else { start - newton };
+        Proposal {
+            // From straight to straight the shares do not matter.
+            holds: ((stiff_now == stiff) | no_lag | (last <= 0.0)) & (taken | straight),
+            goal,
+            slope: if straight { self.curve.coefficients_kpa()[0] } else { start_slope },
+            alpha: base + goal * share,
         }
+    }
+
+    /// Takes a proposal that holds.
+    #[inline]
+    fn take(&mut self, proposal: &Proposal, gas: &mut GasVolume) {
+        self.state.moved = if proposal.goal > 0.0 { proposal.goal - self.state.goal } else { 0.0 };
+        self.state.goal = proposal.goal;
+        self.state.slope = proposal.slope;
+        self.arrive(proposal.alpha, gas);
+    }
+
+    /// Ends a step at a bend, with the goal found.
+    #[inline]
+    fn arrive(&mut self, alpha: f64, gas: &mut GasVolume) {
+        // The tail of the exponential, far below anything measurable, would end in slow denormal numbers.
+        let vanished = self.state.goal <= 0.0 && alpha < 1e-12;
+        self.state.alpha = if vanished { 0.0 } else { alpha };
         gas.set_volume_l(self.rest_volume_l + self.growth_l_per_rad * self.state.alpha);
         let still = (self.state.goal - self.state.alpha).abs() < 1e-12 && self.state.moved.abs() < 1e-12;
-        self.state.settled_nl = if still { content_nl } else { f64::NAN };
+        self.state.settled_nl = if still { gas.content_nl() } else { f64::NAN };
     }
 
     /// Sets the goal to the static bend whose model pressure is the gas's at a bend of `base + share * goal`;

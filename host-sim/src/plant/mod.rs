@@ -346,7 +346,7 @@ impl Plant {
                 let middle = (f64::from(sub_step) + 0.5) * tick_share;
                 self.flow(method, middle, tick_share, &lag, f64::INFINITY);
             }
-            self.bend(&lag);
+            finger::step_all(&mut self.bends, &mut self.chambers, self.parameters.gas.atmosphere_kpa, &lag);
         }
     }
 
@@ -397,7 +397,7 @@ impl Plant {
             return 0.0;
         }
         let step = integrator::step(method, &network, &contents, 1e-3 * tick_share);
-        self.evaluations += u64::from(method.evaluations());
+        self.evaluations += u64::from(step.evaluations);
         if step.error_kpa <= limit_kpa {
             let [manifold, chambers @ ..] = step.contents;
             self.manifold.set_content_nl(manifold);

@@ -219,6 +219,6 @@ pub struct IntegrationParameters {
 
 impl Default for IntegrationParameters {
     fn default() -> Self {
-        Self { method: Method::Rosenbrock2, sub_steps: 1 }
+        Self { method: Method::LinearlyImplicitMidpoint, sub_steps: 1 }
     }
 }
