@@ -14,13 +14,15 @@ pub struct LagStep {
     half_share: f64,
     /// Step over time constant; infinite without lag.
     ratio: f64,
+    /// Bend and pressure are stiff where the pressure lost per bend gained, times this, exceeds the model's slope.
+    coupling_share: f64,
 }
 
 impl LagStep {
     /// A step in which no time passes: it finds the static bend and nothing moves.
     #[must_use]
     pub const fn still() -> Self {
-        Self { share: 0.0, half_share: 0.0, ratio: 0.0 }
+        Self { share: 0.0, half_share: 0.0, ratio: 0.0, coupling_share: 0.0 }
     }
 
     /// For a step of `step_ms` under a time constant of `lag_ms`, which may be zero.
@@ -28,9 +30,11 @@ impl LagStep {
     pub fn new(step_ms: f64, lag_ms: f64) -> Self {
         if lag_ms > 0.0 {
             let ratio = step_ms / lag_ms;
-            Self { share: -(-ratio).exp_m1(), half_share: -(-0.5 * ratio).exp_m1(), ratio }
+            // `ratio (slope + coupling) > slope / 2`, solved for the coupling.
+            let coupling_share = if ratio < 0.5 { ratio / (0.5 - ratio) } else { f64::INFINITY };
+            Self { share: -(-ratio).exp_m1(), half_share: -(-0.5 * ratio).exp_m1(), ratio, coupling_share }
         } else {
-            Self { share: 1.0, half_share: 1.0, ratio: f64::INFINITY }
+            Self { share: 1.0, half_share: 1.0, ratio: f64::INFINITY, coupling_share: f64::INFINITY }
         }
     }
 }
@@ -58,7 +62,7 @@ pub(super) struct BendState {
     slope: f64,
     /// What the goal moved by in the last step: where the next search starts.
     moved: f64,
-    /// Whether the last step found bend and pressure stiff: the next one most likely will.
+    /// Whether bend and pressure are stiff, as the last step left them.
     stiff: bool,
     /// Air with which bend and pressure have come to rest, NL; not a number while they move.
     settled_nl: f64,
@@ -75,6 +79,8 @@ struct Proposal {
     goal: f64,
     slope: f64,
     alpha: f64,
+    /// Whether the next step should take bend and pressure for stiff.
+    stiff: bool,
 }
 
 /// One step of all three bends, each with its chamber's gas: [`Bend::step`] for each, side by side as long as one step of
@@ -87,7 +93,7 @@ pub fn step_all(bends: &mut [Bend; 3], gases: &mut [GasVolume; 3], atmosphere_kp
         return;
     }
     let proposals: [Proposal; 3] =
-        core::array::from_fn(|i| bends[i].proposal(gases[i].content_nl(), gases[i].volume_l(), atmosphere_kpa, step));
+        core::array::from_fn(|i| bends[i].proposal(gases[i].content_nl(), atmosphere_kpa, step));
     let [a, b, c] = &proposals;
     let all_hold = a.holds & b.holds & c.holds;
     for i in 0..3 {
@@ -163,12 +169,12 @@ impl Bend {
     }
 
     /// The same as [`Self::step`] where one step of Newton's method from last tick's goal, moved on as it moved then, is
-    /// enough; `volume_l` is the gas's. Nothing branches on it, and but for the last few products nothing in it waits for
+    /// enough. Nothing branches on it, and but for the last few products nothing in it waits for
     /// the gas's content: three of these run side by side.
     #[inline]
     #[must_use]
-    fn proposal(&self, content_nl: f64, volume_l: f64, atmosphere_kpa: f64, step: &LagStep) -> Proposal {
-        let BendState { alpha, goal: last, slope, moved, stiff, .. } = self.state;
+    fn proposal(&self, content_nl: f64, atmosphere_kpa: f64, step: &LagStep) -> Proposal {
+        let BendState { alpha, goal: last, moved, stiff, .. } = self.state;
         let no_lag = step.share >= 1.0;
         let end_share = if stiff | no_lag { 1.0 } else { 0.5 };
         let share = step.share * end_share;
@@ -184,16 +190,14 @@ impl Bend {
         let pressure_volume = content_nl * REFERENCE_KPA;
         let newton = (absolute * volume - pressure_volume) * per_slope;
         let straight = pressure_volume - atmosphere_kpa * base_volume <= 1e-11 * base_volume;
-        let square = slope * volume_l * volume_l;
-        let stiff_now = step.ratio * (square + pressure_volume * self.growth_l_per_rad) > 0.5 * square;
         let taken = newton.abs() <= NEWTON_SHARE * start && start <= self.curve.end_rad();
         let goal = if straight { 0.0 } else { start - newton };
         Proposal {
-            // From straight to straight the shares do not matter.
-            holds: ((stiff_now == stiff) | no_lag | (last <= 0.0)) & (taken | straight),
+            holds: taken | straight,
             goal,
             slope: if straight { self.curve.coefficients_kpa()[0] } else { start_slope },
             alpha: base + goal * share,
+            stiff: absolute * step.coupling_share * self.growth_l_per_rad > start_slope * volume,
         }
     }
 
@@ -203,6 +207,7 @@ impl Bend {
         self.state.moved = if proposal.goal > 0.0 { proposal.goal - self.state.goal } else { 0.0 };
         self.state.goal = proposal.goal;
         self.state.slope = proposal.slope;
+        self.state.stiff = proposal.stiff;
         self.arrive(proposal.alpha, gas);
     }
 
@@ -213,7 +218,7 @@ impl Bend {
         let vanished = self.state.goal <= 0.0 && alpha < 1e-12;
         self.state.alpha = if vanished { 0.0 } else { alpha };
         gas.set_volume_l(self.rest_volume_l + self.growth_l_per_rad * self.state.alpha);
-        let still = (self.state.goal - self.state.alpha).abs() < 1e-12 && self.state.moved.abs() < 1e-12;
+        let still = (self.state.goal - self.state.alpha).abs() + self.state.moved.abs() < 1e-12;
         self.state.settled_nl = if still { gas.content_nl() } else { f64::NAN };
     }
 

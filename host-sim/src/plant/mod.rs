@@ -112,6 +112,8 @@ pub struct Plant {
     unmoved_ticks: u32,
     /// After so many the valves have followed.
     longest_dead_ticks: u32,
+    /// Whether any valve or leak is open.
+    any_open: bool,
     leaks: [Option<Orifice>; 3],
     /// The conductance each leak was made for, NL/(s bar).
     leaks_nl_per_s_bar: [f64; 3],
@@ -183,6 +185,7 @@ impl Plant {
             last_actuation: Actuation::SAFE,
             unmoved_ticks: 0,
             longest_dead_ticks: 1 + parameters.dump_valve.dead_time_ms.max(parameters.segment_valve.dead_time_ms),
+            any_open: true,
             leaks: [None; 3],
             leaks_nl_per_s_bar: [0.0; 3],
             manifold: GasVolume::at_pressure(parameters.gas.manifold_ml / 1000.0, atmosphere_kpa),
@@ -293,6 +296,9 @@ impl Plant {
                 })
             });
         }
+        self.any_open = self.dump.opening().is_some()
+            || self.segments.iter().any(|valve| valve.opening().is_some())
+            || self.leaks.iter().any(Option::is_some);
     }
 
     /// The readings at the current time, without advancing; asked twice they are the same.
@@ -377,10 +383,7 @@ impl Plant {
 
     /// Whether air can move in this tick. Held chambers are most of a sequence's time.
     fn can_flow(&self) -> bool {
-        !self.pump.rests()
-            || self.dump.opening().is_some()
-            || self.segments.iter().any(|valve| valve.opening().is_some())
-            || self.leaks.iter().any(Option::is_some)
+        !self.pump.rests() || self.any_open
     }
 
     /// One tick in steps of fixed length.

@@ -38,6 +38,9 @@ impl Pump {
     pub fn step(&mut self, command: bool, stuck: Option<bool>) {
         let contact = self.relay.step(command);
         let target = if stuck.unwrap_or(contact) { 1.0 } else { 0.0 };
+        if target <= 0.0 && self.rests() {
+            return;
+        }
         // Without lag the speed has jumped when the tick starts.
         self.start_speed = if self.half_tick_decay > 0.0 { self.speed } else { target };
         self.middle_speed = target + (self.start_speed - target) * self.half_tick_decay;

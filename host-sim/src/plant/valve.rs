@@ -115,9 +115,11 @@ impl Orifice {
             return Quotients { divisor_kpa: 1.0, flow: slope * difference, from_slope: slope, to_slope: slope };
         }
         // Choked, nothing exceeds: the root is p1, and what is left of the slopes is C.
-        let scaled = (low - self.critical_ratio * high).max(0.0) * self.subsonic_scale;
+        let excess = low - self.critical_ratio * high;
+        let scaled = if excess > 0.0 { excess * self.subsonic_scale } else { 0.0 };
+        let square = high * high - scaled * scaled;
         // Below nothing a pressure exists in an integrator that is about to fail only; it shall fail without a NaN.
-        let square = (high * high - scaled * scaled).max(f64::MIN_POSITIVE);
+        let square = if square > f64::MIN_POSITIVE { square } else { f64::MIN_POSITIVE };
         let divisor_kpa = square.sqrt();
         let low_slope = self.conductance * self.subsonic_scale * scaled;
         let high_slope = self.conductance * high + self.critical_ratio * low_slope;
