@@ -92,16 +92,19 @@ pub fn step_all(bends: &mut [Bend; 3], gases: &mut [GasVolume; 3], atmosphere_kp
     if settled {
         return;
     }
-    let proposals: [Proposal; 3] =
-        core::array::from_fn(|i| bends[i].proposal(gases[i].content_nl(), atmosphere_kpa, step));
-    let [a, b, c] = &proposals;
-    let all_hold = a.holds & b.holds & c.holds;
-    for i in 0..3 {
-        if all_hold {
-            bends[i].take(&proposals[i], &mut gases[i]);
-        } else {
-            bends[i].step(&mut gases[i], atmosphere_kpa, step);
-        }
+    // One by one by name: an array of proposals would go through memory.
+    let ([a, b, c], [gas_a, gas_b, gas_c]) = (bends, gases);
+    let ahead_a = a.proposal(gas_a.content_nl(), atmosphere_kpa, step);
+    let ahead_b = b.proposal(gas_b.content_nl(), atmosphere_kpa, step);
+    let ahead_c = c.proposal(gas_c.content_nl(), atmosphere_kpa, step);
+    if ahead_a.holds & ahead_b.holds & ahead_c.holds {
+        a.take(&ahead_a, gas_a);
+        b.take(&ahead_b, gas_b);
+        c.take(&ahead_c, gas_c);
+    } else {
+        a.step(gas_a, atmosphere_kpa, step);
+        b.step(gas_b, atmosphere_kpa, step);
+        c.step(gas_c, atmosphere_kpa, step);
     }
 }
 
@@ -171,7 +174,8 @@ impl Bend {
     /// The same as [`Self::step`] where one step of Newton's method from last tick's goal, moved on as it moved then, is
     /// enough. Nothing branches on it, and but for the last few products nothing in it waits for
     /// the gas's content: three of these run side by side.
-    #[inline]
+    #[expect(clippy::inline_always, reason = "a call would pass its result through memory, half of it at a time")]
+    #[inline(always)]
     #[must_use]
     fn proposal(&self, content_nl: f64, atmosphere_kpa: f64, step: &LagStep) -> Proposal {
         let BendState { alpha, goal: last, moved, stiff, .. } = self.state;

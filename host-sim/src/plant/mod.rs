@@ -268,7 +268,7 @@ impl Plant {
         if LAST >= READINGS {
             let manifold_kpa = self.manifold_gauge_kpa();
             self.pressure_sensor.step(manifold_kpa);
-            self.sense(manifold_kpa);
+            return self.sense(manifold_kpa);
         }
         self.inputs
     }
@@ -492,20 +492,23 @@ impl Plant {
 
     /// Takes the readings; the manifold's gauge pressure is known.
     #[inline]
-    fn sense(&mut self, manifold_kpa: f64) {
+    fn sense(&mut self, manifold_kpa: f64) -> Inputs {
         let faults = self.faults_now;
         // Both are drawn even while a sensor is broken: a fault does not change the other sensor's noise.
         let mut draw = || if self.noisy { StandardNormal.sample(&mut self.rng) } else { 0.0 };
         let (pressure_noise, bend_noise) = (draw(), draw());
         self.pressure_sensor.convert(pressure_noise, faults.pressure_signal);
         let bend_deg = self.bends.iter().map(Bend::rad).sum::<f64>().to_degrees();
-        self.inputs = Inputs {
+        let inputs = Inputs {
             now: self.now,
             manifold: self.pressure_sensor.reading(),
             bend: self.bend_sensor.reading(bend_deg, bend_noise, faults.bend_open),
             over_pressure_switch: manifold_kpa >= self.parameters.pressure_sensor.switch_kpa,
             emergency_stop: faults.emergency_stop,
         };
+        // Not read back: what was written field by field would have to reach memory first.
+        self.inputs = inputs;
+        inputs
     }
 }
 
