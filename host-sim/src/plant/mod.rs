@@ -78,6 +78,17 @@ pub struct Truth {
 /// Halvings of a tick that the adaptive method may take: steps of 1 ms down to 1 us.
 const HALVINGS: u32 = 10;
 
+/// What the ticks took, counted: the same on every machine.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Evaluations of the flows.
+    pub flow_evaluations: u64,
+    /// Steps in which all bends took one step of Newton's method, side by side.
+    pub bends_side_by_side: u64,
+    /// Steps in which the bends were iterated, one after another.
+    pub bends_iterated: u64,
+}
+
 /// The parts of a tick, in their order.
 const ACTUATORS: u8 = 0;
 const AIR: u8 = 1;
@@ -85,7 +96,7 @@ const FINGER: u8 = 2;
 const READINGS: u8 = 3;
 
 /// A tick, or the first parts of it.
-pub type TickFunction = fn(&mut Plant, &Actuation) -> Inputs;
+pub(crate) type TickFunction = fn(&mut Plant, Actuation) -> Inputs;
 
 /// What a step changes, to take it back.
 #[derive(Clone, Copy)]
@@ -126,7 +137,7 @@ pub struct Plant {
     lags: Vec<LagStep>,
     /// How often the adaptive method halves the tick at present.
     halvings: u32,
-    evaluations: u64,
+    counts: Counts,
     faults_now: ActiveFaults,
     pressure_sensor: PressureSensor,
     bend_sensor: BendSensor,
@@ -194,7 +205,7 @@ impl Plant {
             bends,
             lags,
             halvings: 0,
-            evaluations: 0,
+            counts: Counts::default(),
             faults_now: ActiveFaults::default(),
             pressure_sensor: PressureSensor::new(
                 &parameters.pressure_sensor,
@@ -237,11 +248,11 @@ impl Plant {
     ///
     /// A fault acts in the ticks that start while it is there, and in the readings taken then.
     pub fn step(&mut self, actuation: &Actuation) -> Inputs {
-        self.tick::<READINGS>(actuation)
+        self.tick::<READINGS>(*actuation)
     }
 
     /// [`Self::step`] cut off after each of its parts: what a part costs is the time between two of them.
-    pub const CUT_AFTER: [(&'static str, TickFunction); 4] = [
+    pub(crate) const CUT_AFTER: [(&'static str, TickFunction); 4] = [
         ("pump, valves, faults", Self::tick::<ACTUATORS>),
         ("air", Self::tick::<AIR>),
         ("finger", Self::tick::<FINGER>),
@@ -249,9 +260,9 @@ impl Plant {
     ];
 
     #[inline]
-    fn tick<const LAST: u8>(&mut self, actuation: &Actuation) -> Inputs {
+    fn tick<const LAST: u8>(&mut self, actuation: Actuation) -> Inputs {
         self.pump.step(actuation.pump, self.faults_now.pump);
-        let still = self.unmoved_ticks >= self.longest_dead_ticks && *actuation == self.last_actuation;
+        let still = self.unmoved_ticks >= self.longest_dead_ticks && actuation == self.last_actuation;
         if !still || !self.faults.is_empty() {
             self.move_valves(actuation);
         }
@@ -275,14 +286,14 @@ impl Plant {
 
     /// One tick of the valves and leaks. Without a fault and once nothing has been commanded for the valves' dead times,
     /// nothing comes of it.
-    fn move_valves(&mut self, actuation: &Actuation) {
+    fn move_valves(&mut self, actuation: Actuation) {
         let faults = self.faults_now;
         self.dump.step(actuation.dump, faults.dump);
         for segment in 0..3 {
             self.segments[segment].step(actuation.segments[segment], faults.segments[segment]);
         }
-        self.unmoved_ticks = if *actuation == self.last_actuation { self.unmoved_ticks.saturating_add(1) } else { 1 };
-        self.last_actuation = *actuation;
+        self.unmoved_ticks = if actuation == self.last_actuation { self.unmoved_ticks.saturating_add(1) } else { 1 };
+        self.last_actuation = actuation;
         #[expect(clippy::float_cmp, reason = "changed at all, not by how much")]
         let leaks_changed = faults.leaks_nl_per_s_bar != self.leaks_nl_per_s_bar;
         if leaks_changed {
@@ -352,10 +363,10 @@ impl Plant {
         }
     }
 
-    /// Evaluations of the flows since the start: the integrator's cost, whatever machine it runs on.
+    /// What the ticks since the start took; the adaptive method's bends are not counted.
     #[must_use]
-    pub fn evaluations(&self) -> u64 {
-        self.evaluations
+    pub fn counts(&self) -> Counts {
+        self.counts
     }
 
     fn manifold_gauge_kpa(&self) -> f64 {
@@ -399,7 +410,12 @@ impl Plant {
                 self.flow(method, middle, tick_share, &lag, f64::INFINITY);
             }
             if LAST >= FINGER {
-                finger::step_all(&mut self.bends, &mut self.chambers, self.parameters.gas.atmosphere_kpa, &lag);
+                let atmosphere_kpa = self.parameters.gas.atmosphere_kpa;
+                match finger::step_all(&mut self.bends, &mut self.chambers, atmosphere_kpa, &lag) {
+                    finger::Work::Nothing => {}
+                    finger::Work::SideBySide => self.counts.bends_side_by_side += 1,
+                    finger::Work::Iterated => self.counts.bends_iterated += 1,
+                }
             }
         }
     }
@@ -451,7 +467,7 @@ impl Plant {
             return 0.0;
         }
         let step = integrator::step(method, &network, &contents, 1e-3 * tick_share);
-        self.evaluations += u64::from(step.evaluations);
+        self.counts.flow_evaluations += u64::from(step.evaluations);
         if step.error_kpa <= limit_kpa {
             let [manifold, chambers @ ..] = step.contents;
             self.manifold.set_content_nl(manifold);
