@@ -68,9 +68,9 @@ pub(super) struct BendState {
     settled_nl: f64,
 }
 
-/// A Newton step up to this share of the goal leaves an error of about its square: 1e-8 of the goal, which the next tick
+/// A Newton step up to this share of the goal leaves an error of about its square: 1e-6 of the goal, which the next tick
 /// finds and takes away.
-const NEWTON_SHARE: f64 = 1e-4;
+const NEWTON_SHARE: f64 = 1e-3;
 
 /// Where one step of Newton's method puts a bend.
 struct Proposal {
