@@ -16,13 +16,15 @@ pub struct LagStep {
     ratio: f64,
     /// Bend and pressure are stiff where the pressure lost per bend gained, times this, exceeds the model's slope.
     coupling_share: f64,
+    /// A Newton step of up to this share of the goal is enough: it leaves about its square.
+    newton_share: f64,
 }
 
 impl LagStep {
     /// A step in which no time passes: it finds the static bend and nothing moves.
     #[must_use]
     pub const fn still() -> Self {
-        Self { share: 0.0, half_share: 0.0, ratio: 0.0, coupling_share: 0.0 }
+        Self { share: 0.0, half_share: 0.0, ratio: 0.0, coupling_share: 0.0, newton_share: 0.0 }
     }
 
     /// For a step of `step_ms` under a time constant of `lag_ms`, which may be zero.
@@ -30,11 +32,19 @@ impl LagStep {
     pub fn new(step_ms: f64, lag_ms: f64) -> Self {
         if lag_ms > 0.0 {
             let ratio = step_ms / lag_ms;
+            let share = -(-ratio).exp_m1();
             // `ratio (slope + coupling) > slope / 2`, solved for the coupling.
             let coupling_share = if ratio < 0.5 { ratio / (0.5 - ratio) } else { f64::INFINITY };
-            Self { share: -(-ratio).exp_m1(), half_share: -(-0.5 * ratio).exp_m1(), ratio, coupling_share }
+            let newton_share = (BEND_ERROR / share).sqrt();
+            Self { share, half_share: -(-0.5 * ratio).exp_m1(), ratio, coupling_share, newton_share }
         } else {
-            Self { share: 1.0, half_share: 1.0, ratio: f64::INFINITY, coupling_share: f64::INFINITY }
+            Self {
+                share: 1.0,
+                half_share: 1.0,
+                ratio: f64::INFINITY,
+                coupling_share: f64::INFINITY,
+                newton_share: BEND_ERROR.sqrt(),
+            }
         }
     }
 }
@@ -68,9 +78,9 @@ pub(super) struct BendState {
     settled_nl: f64,
 }
 
-/// A Newton step up to this share of the goal leaves an error of about its square: 1e-6 of the goal, which the next tick
-/// finds and takes away.
-const NEWTON_SHARE: f64 = 1e-3;
+/// Error of a goal that one Newton step may leave, as a share of the goal and times the lag's share of a step: what
+/// reaches the bend. The next step finds it and takes it away.
+const BEND_ERROR: f64 = 1e-8;
 
 /// Where one step of Newton's method puts a bend.
 struct Proposal {
@@ -207,7 +217,7 @@ impl Bend {
         let pressure_volume = content_nl * REFERENCE_KPA;
         let newton = (absolute * volume - pressure_volume) * per_slope;
         let straight = pressure_volume - atmosphere_kpa * base_volume <= 1e-11 * base_volume;
-        let taken = newton.abs() <= NEWTON_SHARE * start && start <= self.curve.end_rad();
+        let taken = newton.abs() <= step.newton_share * start && start <= self.curve.end_rad();
         let goal = if straight { 0.0 } else { start - newton };
         Proposal {
             holds: taken | straight,

@@ -9,9 +9,9 @@
 //! passes the pump, the dump valve and leaks.
 //!
 //! Stability: the stiffest case of the default plant is the 5 mL manifold with all four valves in their laminar zone, about
-//! 1,300 per second. A small manifold or a torn chamber multiplies that. The default, ROS2, is stable at any stiffness and
-//! takes one step a tick; the explicit methods need steps below 2 over that rate. docs/simulator.md compares all of them
-//! with a reference of tight tolerance.
+//! 1,300 per second. A small manifold or a torn chamber multiplies that. The default, the linearly implicit midpoint rule
+//! with ROS2 where it would swing, is stable at any stiffness and takes one step a tick; the explicit methods need steps
+//! below 2 over that rate. docs/simulator.md compares all of them with a reference of tight tolerance.
 
 pub mod delay;
 pub mod fault;
