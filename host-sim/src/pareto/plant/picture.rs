@@ -3,6 +3,7 @@
 use super::{ERROR_TARGET_KPA, IntegratorRow, Report, SPEED_TARGET};
 use anyhow::{Result, anyhow};
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 const INK: RGBColor = RGBColor(60, 64, 72);
 const FAINT: RGBColor = RGBColor(226, 229, 234);
@@ -32,12 +33,21 @@ fn colour(row: &IntegratorRow) -> RGBColor {
 /// Width and height of the drawing, pixels.
 const SIZE: (u32, u32) = (900, 560);
 
+/// Where the diagram begins, pixels.
+const LEFT: i32 = 80;
+
 /// Height of a label, pixels.
 const LABEL_HEIGHT: i32 = 10;
 
 /// Width of a label, pixels, generously.
 fn label_width(label: &str) -> i32 {
-    label.chars().count() as i32 * 6
+    label.chars().count() as i32 * 47 / 10
+}
+
+/// A number that starts with 1, 2 or 5; nothing for the others, whose labels would run into each other.
+fn round_number(value: f64) -> String {
+    let text = format!("{value:.0}");
+    if text.starts_with(['1', '2', '5']) { text } else { String::new() }
 }
 
 /// A rectangle on the drawing: left, top, right and bottom in pixels.
@@ -58,7 +68,7 @@ fn free_area(taken: &[Area], (x, y): (i32, i32), radius: i32, width: i32) -> Are
     let left = x - radius - 3 - width;
     (0..60)
         .flat_map(|shift| [area(right, shift), area(right, -shift), area(left, shift), area(left, -shift)])
-        .find(|&spot| spot[2] < SIZE.0 as i32 && !taken.iter().any(|&other| overlap(spot, other)))
+        .find(|&spot| spot[0] > LEFT && spot[2] < SIZE.0 as i32 && !taken.iter().any(|&other| overlap(spot, other)))
         .unwrap_or_else(|| area(right, 0))
 }
 
@@ -90,7 +100,7 @@ pub fn picture(report: &Report) -> Result<String> {
             .label_style(("sans-serif", 12, &INK))
             .x_desc("simulated seconds in a second, one core, fastest round")
             .y_desc("largest error of a chamber, kPa")
-            .x_label_formatter(&|value| format!("{value:.0}"))
+            .x_label_formatter(&|value| round_number(*value))
             .y_label_formatter(&|value| if *value < 0.01 { format!("{value:.0e}") } else { format!("{value}") })
             .draw()
             .map_err(drawing)?;
@@ -129,7 +139,10 @@ pub fn picture(report: &Report) -> Result<String> {
             // The targets' lines end at a label.
             let paper = [(spot[0], spot[1]), (spot[2], spot[3])];
             area.draw(&Rectangle::new(paper, WHITE.filled())).map_err(drawing)?;
-            area.draw_text(&label, &style, (spot[0], spot[1])).map_err(drawing)?;
+            // Against its point, whatever the reader's letters measure.
+            let (style, end) =
+                if spot[0] > x { (style, spot[0]) } else { (style.pos(Pos::new(HPos::Right, VPos::Top)), spot[2]) };
+            area.draw_text(&label, &style, (end, spot[1])).map_err(drawing)?;
         }
         area.present().map_err(drawing)?;
     }
