@@ -2,6 +2,7 @@
 //!
 //! Errors and evaluations are the same on every machine. Speed is wall clock, of one run on one machine: read it as ratios.
 
+pub mod breakdown;
 pub mod case;
 mod picture;
 pub mod reference;
@@ -12,6 +13,7 @@ pub use table::{csv, markdown, text};
 
 use crate::plant::{Method, Part, Plant, Scene};
 use anyhow::Result;
+use breakdown::Breakdown;
 use case::Case;
 use core::hint::black_box;
 use model_core::controller::Reading;
@@ -69,6 +71,7 @@ pub fn choices() -> Vec<Choice> {
     all.extend(fixed(Method::Heun, &[1, 2, 5, 10]));
     all.extend(fixed(Method::RungeKutta4, &[1, 2, 5]));
     all.extend(fixed(Method::RosenbrockEuler, &[1, 2, 5, 10, 20]));
+    all.extend(fixed(Method::LinearlyImplicitMidpoint, &[1, 2, 5, 10]));
     all.extend(fixed(Method::Rosenbrock2, &[1, 2, 5, 10]));
     all.extend([1e-1, 1e-2, 1e-3, 1e-4].map(adaptive));
     all
@@ -145,6 +148,8 @@ pub struct Report {
     pub integrators: Vec<IntegratorRow>,
     /// The scene's switches with the default integrator.
     pub switches: Vec<SwitchRow>,
+    /// Where the default's time goes.
+    pub breakdown: Breakdown,
 }
 
 /// Scenes with one part left out each, the full one first.
@@ -178,13 +183,12 @@ fn seconds_each(case: &Case, plants: &[Plant], mut progress: impl FnMut()) -> Ve
             progress();
         }
     }
-    taken
-        .into_iter()
-        .map(|mut taken| {
-            taken.sort_by(f64::total_cmp);
-            (taken[taken.len() / 2], taken[0])
-        })
-        .collect()
+    taken.into_iter().map(median_and_fastest).collect()
+}
+
+fn median_and_fastest(mut taken: Vec<f64>) -> (f64, f64) {
+    taken.sort_by(f64::total_cmp);
+    (taken[taken.len() / 2], taken[0])
 }
 
 /// Root mean square differences of two plants' readings, pressure (kPa) and bend (degrees), over the case's commands.
@@ -214,7 +218,7 @@ fn finite(value: f64) -> Option<f64> {
 pub fn measure(mut progress: impl FnMut(usize, usize)) -> Result<Report> {
     let choices = choices();
     let scenes = scenes();
-    let total = 2 + choices.len() + scenes.len() + REPEATS * (choices.len() + scenes.len());
+    let total = 2 + choices.len() + scenes.len() + REPEATS * (choices.len() + scenes.len() + 1);
     let mut done = 0;
     let mut advance = || {
         done += 1;
@@ -285,8 +289,10 @@ pub fn measure(mut progress: impl FnMut(usize, usize)) -> Result<Report> {
     for (row, (_, fastest)) in switches.iter_mut().zip(seconds) {
         row.time_ratio = fastest / seconds[0].1;
     }
+    let breakdown = breakdown::measure(&scene, REPEATS, &mut advance);
     mark_dominated(&mut integrators);
-    Ok(Report { ticks: scene.commands.len(), reference_tolerance: reference::TOLERANCE, integrators, switches })
+    let (ticks, reference_tolerance) = (scene.commands.len(), reference::TOLERANCE);
+    Ok(Report { ticks, reference_tolerance, integrators, switches, breakdown })
 }
 
 fn mark_dominated(rows: &mut [IntegratorRow]) {

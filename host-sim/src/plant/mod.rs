@@ -9,9 +9,9 @@
 //! passes the pump, the dump valve and leaks.
 //!
 //! Stability: the stiffest case of the default plant is the 5 mL manifold with all four valves in their laminar zone, about
-//! 1,300 per second. A small manifold or a torn chamber multiplies that. The default, ROS2, is stable at any stiffness and
-//! takes one step a tick; the explicit methods need steps below 2 over that rate. docs/simulator.md compares all of them
-//! with a reference of tight tolerance.
+//! 1,300 per second. A small manifold or a torn chamber multiplies that. The default, the linearly implicit midpoint rule
+//! with ROS2 where it would swing, is stable at any stiffness and takes one step a tick; the explicit methods need steps
+//! below 2 over that rate. docs/simulator.md compares all of them with a reference of tight tolerance.
 
 pub mod delay;
 pub mod fault;
@@ -78,6 +78,26 @@ pub struct Truth {
 /// Halvings of a tick that the adaptive method may take: steps of 1 ms down to 1 us.
 const HALVINGS: u32 = 10;
 
+/// What the ticks took, counted: the same on every machine.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Evaluations of the flows.
+    pub flow_evaluations: u64,
+    /// Steps in which all bends took one step of Newton's method, side by side.
+    pub bends_side_by_side: u64,
+    /// Steps in which the bends were iterated, one after another.
+    pub bends_iterated: u64,
+}
+
+/// The parts of a tick, in their order.
+const ACTUATORS: u8 = 0;
+const AIR: u8 = 1;
+const FINGER: u8 = 2;
+const READINGS: u8 = 3;
+
+/// A tick, or the first parts of it.
+pub(crate) type TickFunction = fn(&mut Plant, Actuation) -> Inputs;
+
 /// What a step changes, to take it back.
 #[derive(Clone, Copy)]
 struct State {
@@ -98,17 +118,26 @@ pub struct Plant {
     pump: Pump,
     dump: Valve,
     segments: [Valve; 3],
+    last_actuation: Actuation,
+    /// Ticks in a row with that command.
+    unmoved_ticks: u32,
+    /// After so many the valves have followed.
+    longest_dead_ticks: u32,
+    /// Whether any valve or leak is open.
+    any_open: bool,
     leaks: [Option<Orifice>; 3],
     /// The conductance each leak was made for, NL/(s bar).
     leaks_nl_per_s_bar: [f64; 3],
     manifold: GasVolume,
+    /// Absolute pressure for each normal litre in it: its volume never changes.
+    manifold_kpa_per_nl: f64,
     chambers: [GasVolume; 3],
     bends: [Bend; 3],
     /// The finger's lag over a tick halved as often as the index says; for a fixed step its own, alone.
     lags: Vec<LagStep>,
     /// How often the adaptive method halves the tick at present.
     halvings: u32,
-    evaluations: u64,
+    counts: Counts,
     faults_now: ActiveFaults,
     pressure_sensor: PressureSensor,
     bend_sensor: BendSensor,
@@ -164,14 +193,19 @@ impl Plant {
             ),
             dump: valve(&parameters.dump_valve),
             segments: core::array::from_fn(|_| valve(&parameters.segment_valve)),
+            last_actuation: Actuation::SAFE,
+            unmoved_ticks: 0,
+            longest_dead_ticks: 1 + parameters.dump_valve.dead_time_ms.max(parameters.segment_valve.dead_time_ms),
+            any_open: true,
             leaks: [None; 3],
             leaks_nl_per_s_bar: [0.0; 3],
             manifold: GasVolume::at_pressure(parameters.gas.manifold_ml / 1000.0, atmosphere_kpa),
+            manifold_kpa_per_nl: REFERENCE_KPA / (parameters.gas.manifold_ml / 1000.0),
             chambers: [GasVolume::at_pressure(rest_l, atmosphere_kpa); 3],
             bends,
             lags,
             halvings: 0,
-            evaluations: 0,
+            counts: Counts::default(),
             faults_now: ActiveFaults::default(),
             pressure_sensor: PressureSensor::new(
                 &parameters.pressure_sensor,
@@ -192,7 +226,7 @@ impl Plant {
             parameters,
         };
         plant.faults_now = ActiveFaults::at(&plant.faults, plant.now);
-        plant.sense();
+        plant.sense(plant.manifold_gauge_kpa());
         plant
     }
 
@@ -214,12 +248,52 @@ impl Plant {
     ///
     /// A fault acts in the ticks that start while it is there, and in the readings taken then.
     pub fn step(&mut self, actuation: &Actuation) -> Inputs {
+        self.tick::<READINGS>(*actuation)
+    }
+
+    /// [`Self::step`] cut off after each of its parts: what a part costs is the time between two of them.
+    pub(crate) const CUT_AFTER: [(&'static str, TickFunction); 4] = [
+        ("pump, valves, faults", Self::tick::<ACTUATORS>),
+        ("air", Self::tick::<AIR>),
+        ("finger", Self::tick::<FINGER>),
+        ("readings", Self::tick::<READINGS>),
+    ];
+
+    #[inline]
+    fn tick<const LAST: u8>(&mut self, actuation: Actuation) -> Inputs {
+        self.pump.step(actuation.pump, self.faults_now.pump);
+        let still = self.unmoved_ticks >= self.longest_dead_ticks && actuation == self.last_actuation;
+        if !still || !self.faults.is_empty() {
+            self.move_valves(actuation);
+        }
+        if LAST >= AIR {
+            match self.parameters.integration.method {
+                Method::Adaptive { tolerance_kpa } => self.advance_adaptively(tolerance_kpa),
+                method => self.advance::<LAST>(method),
+            }
+        }
+        self.now = self.now + Millis(1);
+        if !self.faults.is_empty() {
+            self.faults_now = ActiveFaults::at(&self.faults, self.now);
+        }
+        if LAST >= READINGS {
+            let manifold_kpa = self.manifold_gauge_kpa();
+            self.pressure_sensor.step(manifold_kpa);
+            return self.sense(manifold_kpa);
+        }
+        self.inputs
+    }
+
+    /// One tick of the valves and leaks. Without a fault and once nothing has been commanded for the valves' dead times,
+    /// nothing comes of it.
+    fn move_valves(&mut self, actuation: Actuation) {
         let faults = self.faults_now;
-        self.pump.step(actuation.pump, faults.pump);
         self.dump.step(actuation.dump, faults.dump);
         for segment in 0..3 {
             self.segments[segment].step(actuation.segments[segment], faults.segments[segment]);
         }
+        self.unmoved_ticks = if actuation == self.last_actuation { self.unmoved_ticks.saturating_add(1) } else { 1 };
+        self.last_actuation = actuation;
         #[expect(clippy::float_cmp, reason = "changed at all, not by how much")]
         let leaks_changed = faults.leaks_nl_per_s_bar != self.leaks_nl_per_s_bar;
         if leaks_changed {
@@ -233,18 +307,9 @@ impl Plant {
                 })
             });
         }
-        match self.parameters.integration.method {
-            Method::Adaptive { tolerance_kpa } => self.advance_adaptively(tolerance_kpa),
-            method => self.advance(method),
-        }
-        self.pressure_sensor.step(self.manifold_gauge_kpa());
-
-        self.now = self.now + Millis(1);
-        if !self.faults.is_empty() {
-            self.faults_now = ActiveFaults::at(&self.faults, self.now);
-        }
-        self.sense();
-        self.inputs
+        self.any_open = self.dump.opening().is_some()
+            || self.segments.iter().any(|valve| valve.opening().is_some())
+            || self.leaks.iter().any(Option::is_some);
     }
 
     /// The readings at the current time, without advancing; asked twice they are the same.
@@ -298,14 +363,14 @@ impl Plant {
         }
     }
 
-    /// Evaluations of the flows since the start: the integrator's cost, whatever machine it runs on.
+    /// What the ticks since the start took; the adaptive method's bends are not counted.
     #[must_use]
-    pub fn evaluations(&self) -> u64 {
-        self.evaluations
+    pub fn counts(&self) -> Counts {
+        self.counts
     }
 
     fn manifold_gauge_kpa(&self) -> f64 {
-        self.manifold.absolute_kpa() - self.parameters.gas.atmosphere_kpa
+        self.manifold.content_nl() * self.manifold_kpa_per_nl - self.parameters.gas.atmosphere_kpa
     }
 
     fn contents(&self) -> Contents {
@@ -323,20 +388,18 @@ impl Plant {
             dump: self.dump.opening(),
             segments: [self.segments[0].opening(), self.segments[1].opening(), self.segments[2].opening()],
             leaks: [self.leaks[0].as_ref(), self.leaks[1].as_ref(), self.leaks[2].as_ref()],
-            kpa_per_nl: [self.manifold.volume_l(), a, b, c].map(|volume_l| REFERENCE_KPA / volume_l),
+            kpa_per_nl: [self.manifold_kpa_per_nl, REFERENCE_KPA / a, REFERENCE_KPA / b, REFERENCE_KPA / c],
         }
     }
 
     /// Whether air can move in this tick. Held chambers are most of a sequence's time.
     fn can_flow(&self) -> bool {
-        !self.pump.rests()
-            || self.dump.opening().is_some()
-            || self.segments.iter().any(|valve| valve.opening().is_some())
-            || self.leaks.iter().any(Option::is_some)
+        !self.pump.rests() || self.any_open
     }
 
     /// One tick in steps of fixed length.
-    fn advance(&mut self, method: Method) {
+    #[inline]
+    fn advance<const LAST: u8>(&mut self, method: Method) {
         let sub_steps = self.parameters.integration.sub_steps.max(1);
         let tick_share = 1.0 / f64::from(sub_steps);
         let can_flow = self.can_flow();
@@ -346,7 +409,14 @@ impl Plant {
                 let middle = (f64::from(sub_step) + 0.5) * tick_share;
                 self.flow(method, middle, tick_share, &lag, f64::INFINITY);
             }
-            self.bend(&lag);
+            if LAST >= FINGER {
+                let atmosphere_kpa = self.parameters.gas.atmosphere_kpa;
+                match finger::step_all(&mut self.bends, &mut self.chambers, atmosphere_kpa, &lag) {
+                    finger::Work::Nothing => {}
+                    finger::Work::SideBySide => self.counts.bends_side_by_side += 1,
+                    finger::Work::Iterated => self.counts.bends_iterated += 1,
+                }
+            }
         }
     }
 
@@ -397,7 +467,7 @@ impl Plant {
             return 0.0;
         }
         let step = integrator::step(method, &network, &contents, 1e-3 * tick_share);
-        self.evaluations += u64::from(method.evaluations());
+        self.counts.flow_evaluations += u64::from(step.evaluations);
         if step.error_kpa <= limit_kpa {
             let [manifold, chambers @ ..] = step.contents;
             self.manifold.set_content_nl(manifold);
@@ -436,21 +506,25 @@ impl Plant {
         }
     }
 
-    /// Takes the readings.
-    fn sense(&mut self) {
+    /// Takes the readings; the manifold's gauge pressure is known.
+    #[inline]
+    fn sense(&mut self, manifold_kpa: f64) -> Inputs {
         let faults = self.faults_now;
         // Both are drawn even while a sensor is broken: a fault does not change the other sensor's noise.
         let mut draw = || if self.noisy { StandardNormal.sample(&mut self.rng) } else { 0.0 };
         let (pressure_noise, bend_noise) = (draw(), draw());
         self.pressure_sensor.convert(pressure_noise, faults.pressure_signal);
         let bend_deg = self.bends.iter().map(Bend::rad).sum::<f64>().to_degrees();
-        self.inputs = Inputs {
+        let inputs = Inputs {
             now: self.now,
             manifold: self.pressure_sensor.reading(),
             bend: self.bend_sensor.reading(bend_deg, bend_noise, faults.bend_open),
-            over_pressure_switch: self.manifold_gauge_kpa() >= self.parameters.pressure_sensor.switch_kpa,
+            over_pressure_switch: manifold_kpa >= self.parameters.pressure_sensor.switch_kpa,
             emergency_stop: faults.emergency_stop,
         };
+        // Not read back: what was written field by field would have to reach memory first.
+        self.inputs = inputs;
+        inputs
     }
 }
 

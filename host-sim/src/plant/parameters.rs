@@ -210,8 +210,8 @@ impl Default for BendSensorParameters {
 /// Integration.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct IntegrationParameters {
-    /// How the gas is integrated. Default ROS2: of the choices that stay within 0.1 kPa of the reference in the default
-    /// scene and 0.2 kPa in every stiff case the fastest, see docs/simulator.md.
+    /// How the gas is integrated. Default linearly implicit midpoint rule: of the choices that stay within 0.1 kPa of the
+    /// reference in the default scene and 0.2 kPa in every stiff case the fastest, see docs/simulator.md.
     pub method: Method,
     /// Steps of gas and finger in a tick of 1 ms, at least 1; the adaptive method chooses its own. Default 1.
     pub sub_steps: u32,
@@ -219,6 +219,6 @@ pub struct IntegrationParameters {
 
 impl Default for IntegrationParameters {
     fn default() -> Self {
-        Self { method: Method::Rosenbrock2, sub_steps: 1 }
+        Self { method: Method::LinearlyImplicitMidpoint, sub_steps: 1 }
     }
 }

@@ -34,9 +34,13 @@ impl Pump {
     }
 
     /// One tick: takes the relay's command; `stuck` overrides the relay's contact.
+    #[inline]
     pub fn step(&mut self, command: bool, stuck: Option<bool>) {
         let contact = self.relay.step(command);
         let target = if stuck.unwrap_or(contact) { 1.0 } else { 0.0 };
+        if target <= 0.0 && self.rests() {
+            return;
+        }
         // Without lag the speed has jumped when the tick starts.
         self.start_speed = if self.half_tick_decay > 0.0 { self.speed } else { target };
         self.middle_speed = target + (self.start_speed - target) * self.half_tick_decay;
@@ -48,6 +52,7 @@ impl Pump {
     }
 
     /// True while it gives no flow at all in this tick.
+    #[inline]
     #[must_use]
     pub fn rests(&self) -> bool {
         self.speed <= 0.0 && self.start_speed <= 0.0

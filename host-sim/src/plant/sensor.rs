@@ -33,8 +33,10 @@ pub struct PressureSensor {
     codes_per_kpa: f64,
     kpa_per_code: f64,
     below_range_code: f64,
-    /// Mean code steps per code: 1 when all conversions of a tick give the same code, more when noise dithers them.
+    /// Mean code steps per code, and its inverse: 1 when all conversions of a tick give the same code, more when noise dithers
+    /// them.
     steps_per_code: f64,
+    codes_per_step: f64,
     lagged_kpa: f64,
     last_true_kpa: f64,
     code: f64,
@@ -53,6 +55,7 @@ impl PressureSensor {
     ) -> Self {
         let codes = f64::from(parameters.adc_bits).exp2();
         let codes_per_volt = codes / parameters.full_scale_volts;
+        let steps_per_code = if dithered { f64::from(parameters.oversampling) } else { 1.0 };
         Self {
             parameters: parameters.clone(),
             codes,
@@ -63,7 +66,8 @@ impl PressureSensor {
             share: if lag_ms > 0.0 { -(-1.0 / lag_ms).exp_m1() } else { 1.0 },
             zero_error_kpa,
             quantised,
-            steps_per_code: if dithered { f64::from(parameters.oversampling) } else { 1.0 },
+            steps_per_code,
+            codes_per_step: 1.0 / steps_per_code,
             lagged_kpa: 0.0,
             last_true_kpa: 0.0,
             code: 0.0,
@@ -71,6 +75,7 @@ impl PressureSensor {
     }
 
     /// One tick: follows the true gauge pressure in kPa.
+    #[inline]
     pub fn step(&mut self, true_kpa: f64) {
         // Without lag the end of the tick counts; with lag the tick's mean, which makes it second-order accurate.
         let drive = if self.share < 1.0 { 0.5 * (true_kpa + self.last_true_kpa) } else { true_kpa };
@@ -82,6 +87,7 @@ impl PressureSensor {
     ///
     /// The mean of a tick's conversions is not drawn conversion by conversion: each carries noise of several codes
     /// (sqrt(oversampling) times the tick's), which dithers the steps away, so the mean's own step is what is left.
+    #[inline]
     pub(super) fn convert(&mut self, noise: f64, fault: Option<SignalFault>) {
         let full = self.codes - 1.0;
         self.code = match fault {
@@ -92,7 +98,7 @@ impl PressureSensor {
                 let seen_kpa = self.lagged_kpa + self.zero_error_kpa + noise * self.parameters.noise_kpa;
                 let code = self.zero_code + seen_kpa * self.codes_per_kpa;
                 let stepped =
-                    if self.quantised { nearest(code * self.steps_per_code) / self.steps_per_code } else { code };
+                    if self.quantised { nearest(code * self.steps_per_code) * self.codes_per_step } else { code };
                 stepped.clamp(0.0, full)
             }
         };
@@ -105,6 +111,7 @@ impl PressureSensor {
     }
 
     /// What a driver with the nominal calibration makes of it.
+    #[inline]
     #[must_use]
     pub fn reading(&self) -> Reading<Pressure> {
         if self.code >= self.codes - 1.0 {
@@ -136,6 +143,7 @@ impl BendSensor {
     /// The reading at a true bend in degrees; `noise` is a draw of the standard normal distribution, or zero.
     ///
     /// Below 0 it reads 0 (the calibration table's end), above the range `AboveRange`; a broken wire `BelowRange`.
+    #[inline]
     #[must_use]
     pub fn reading(&self, true_deg: f64, noise: f64, open: bool) -> Reading<Bend> {
         if open {

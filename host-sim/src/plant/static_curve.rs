@@ -16,12 +16,16 @@ const CELLS: usize = 256;
 /// Pressure at the table's end, kPa: above the stall pressure of any pump for such a finger.
 const END_KPA: f64 = 500.0;
 
+/// From here on the numbers of f64 are whole: adding rounds, and leaves the cell in the low bits. A conversion with `as`
+/// takes several times as long, because it saturates.
+const WHOLE: f64 = 6_755_399_441_055_744.0;
+
 /// Pressure (kPa) over bend (rad) of one segment.
 #[derive(Clone, Debug)]
 pub struct StaticCurve {
     coefficients_kpa: [f64; 3],
     /// Polynomials in the share of the cell, -1..1 from its start to its end, the constant first.
-    cells: Vec<[f64; 6]>,
+    cells: Box<[[f64; 6]; CELLS]>,
     width_rad: f64,
     cells_per_rad: f64,
 }
@@ -37,18 +41,16 @@ impl StaticCurve {
             let (pressure, slope) = pressure_and_slope(&coefficients_kpa, place * width_rad);
             (pressure, slope * half)
         };
-        let cells = (0..CELLS)
-            .map(|cell| {
-                let cell = cell as f64;
-                let ((p0, s0), (p1, s1), (p2, s2)) = (at(cell), at(cell + 0.5), at(cell + 1.0));
-                // Even and odd part of p(t) about the middle: both ends give two conditions for two unknowns each.
-                let (even, even_slope) = (0.5 * (p2 + p0) - p1, 0.5 * (s2 - s0));
-                let (odd, odd_slope) = (0.5 * (p2 - p0) - s1, 0.5 * (s2 + s0) - s1);
-                let c4 = 0.5 * even_slope - even;
-                let c5 = 0.5 * (odd_slope - 3.0 * odd);
-                [p1, s1, even - c4, odd - c5, c4, c5]
-            })
-            .collect();
+        let cells = Box::new(core::array::from_fn(|cell| {
+            let cell = cell as f64;
+            let ((p0, s0), (p1, s1), (p2, s2)) = (at(cell), at(cell + 0.5), at(cell + 1.0));
+            // Even and odd part of p(t) about the middle: both ends give two conditions for two unknowns each.
+            let (even, even_slope) = (0.5 * (p2 + p0) - p1, 0.5 * (s2 - s0));
+            let (odd, odd_slope) = (0.5 * (p2 - p0) - s1, 0.5 * (s2 + s0) - s1);
+            let c4 = 0.5 * even_slope - even;
+            let c5 = 0.5 * (odd_slope - 3.0 * odd);
+            [p1, s1, even - c4, odd - c5, c4, c5]
+        }));
         Self { coefficients_kpa, cells, width_rad, cells_per_rad: 1.0 / width_rad }
     }
 
@@ -65,12 +67,24 @@ impl StaticCurve {
         (pressure, slope)
     }
 
+    /// The same from the table alone, without a branch: beyond its end the last cell's polynomial goes on, and its values mean
+    /// nothing.
+    #[inline]
+    pub(super) fn pressure_and_slope_within(&self, alpha_rad: f64) -> (f64, f64) {
+        let place = alpha_rad * self.cells_per_rad - 0.5;
+        let shifted = place + WHOLE;
+        let index = (shifted.to_bits() as u32 as usize).min(CELLS - 1);
+        let [c0, c1, c2, c3, c4, c5] = self.cells[index];
+        let t = 2.0 * (place - (shifted - WHOLE));
+        let t2 = t * t;
+        let pressure = (c0 + c1 * t) + t2 * ((c2 + c3 * t) + t2 * (c4 + c5 * t));
+        let slope = (c1 + 2.0 * c2 * t) + t2 * ((3.0 * c3 + 4.0 * c4 * t) + t2 * (5.0 * c5));
+        (pressure, slope * (2.0 * self.cells_per_rad))
+    }
+
     /// The same with the second derivative, kPa/rad^2; beyond the table that is taken as zero.
     #[inline]
     pub(super) fn pressure_and_slopes(&self, alpha_rad: f64) -> (f64, f64, f64) {
-        /// From here on the numbers of f64 are whole: adding rounds, and leaves the cell in the low bits. A conversion with `as`
-        /// takes several times as long, because it saturates.
-        const WHOLE: f64 = 6_755_399_441_055_744.0;
         let place = alpha_rad * self.cells_per_rad - 0.5;
         let shifted = place + WHOLE;
         let index = shifted.to_bits() as u32 as usize;

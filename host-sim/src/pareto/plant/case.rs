@@ -96,7 +96,7 @@ impl Case {
             outcome.max_content_error_nl = outcome.max_content_error_nl.max(content);
         }
         outcome.rms_error_kpa = (squares / (3 * ticks) as f64).sqrt();
-        outcome.evaluations_per_tick = plant.evaluations() as f64 / ticks as f64;
+        outcome.evaluations_per_tick = plant.counts().flow_evaluations as f64 / ticks as f64;
         outcome
     }
 }

@@ -3,10 +3,12 @@
 use super::{ERROR_TARGET_KPA, IntegratorRow, Report, SPEED_TARGET};
 use anyhow::{Result, anyhow};
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 const INK: RGBColor = RGBColor(60, 64, 72);
 const FAINT: RGBColor = RGBColor(226, 229, 234);
 const GREY: RGBColor = RGBColor(176, 180, 188);
+const DIM: RGBColor = RGBColor(120, 125, 134);
 const FRONT: RGBColor = RGBColor(0, 114, 178);
 const DEFAULT: RGBColor = RGBColor(213, 94, 0);
 
@@ -28,21 +30,46 @@ fn colour(row: &IntegratorRow) -> RGBColor {
     }
 }
 
+/// Width and height of the drawing, pixels.
+const SIZE: (u32, u32) = (900, 560);
+
+/// Where the diagram begins, pixels.
+const LEFT: i32 = 80;
+
 /// Height of a label, pixels.
 const LABEL_HEIGHT: i32 = 10;
 
 /// Width of a label, pixels, generously.
 fn label_width(label: &str) -> i32 {
-    label.chars().count() as i32 * 6
+    label.chars().count() as i32 * 47 / 10
 }
 
-/// The spot nearest below or above at which a label covers no earlier one.
-fn free_spot(taken: &[(i32, i32)], (x, y): (i32, i32), width: i32) -> (i32, i32) {
-    let free = |y: i32| {
-        taken.iter().all(|&(other_x, other_y)| (other_y - y).abs() > LABEL_HEIGHT || (other_x - x).abs() > width)
+/// A number that starts with 1, 2 or 5; nothing for the others, whose labels would run into each other.
+fn round_number(value: f64) -> String {
+    let text = format!("{value:.0}");
+    if text.starts_with(['1', '2', '5']) { text } else { String::new() }
+}
+
+/// A rectangle on the drawing: left, top, right and bottom in pixels.
+type Area = [i32; 4];
+
+fn overlap(one: Area, other: Area) -> bool {
+    one[0] < other[2] && other[0] < one[2] && one[1] < other[3] && other[1] < one[3]
+}
+
+/// Where a label of a point covers nothing that is taken: right or left of it, as little above or below as can be, and
+/// within the width of the drawing.
+fn free_area(taken: &[Area], (x, y): (i32, i32), radius: i32, width: i32) -> Area {
+    let area = |left: i32, shift: i32| {
+        let top = y + shift - LABEL_HEIGHT / 2;
+        [left, top, left + width, top + LABEL_HEIGHT + 2]
     };
-    let nearest = (0..40).flat_map(|step| [y + step, y - step]).find(|&y| free(y));
-    (x, nearest.unwrap_or(y))
+    let right = x + radius + 3;
+    let left = x - radius - 3 - width;
+    (0..60)
+        .flat_map(|shift| [area(right, shift), area(right, -shift), area(left, shift), area(left, -shift)])
+        .find(|&spot| spot[0] > LEFT && spot[2] < SIZE.0 as i32 && !taken.iter().any(|&other| overlap(spot, other)))
+        .unwrap_or_else(|| area(right, 0))
 }
 
 /// Every choice as a point; dominated ones are grey, the default is marked, the targets are dashed.
@@ -56,7 +83,7 @@ pub fn picture(report: &Report) -> Result<String> {
     let y = (errors().fold(ERROR_TARGET_KPA, f64::min) / 2.0, errors().fold(ERROR_TARGET_KPA, f64::max) * 2.0);
     let mut text = String::new();
     {
-        let area = SVGBackend::with_string(&mut text, (900, 560)).into_drawing_area();
+        let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
         area.fill(&WHITE).map_err(drawing)?;
         let mut chart = ChartBuilder::on(&area)
             .caption("integrators of the plant: error against speed", ("sans-serif", 16, &INK))
@@ -73,7 +100,7 @@ pub fn picture(report: &Report) -> Result<String> {
             .label_style(("sans-serif", 12, &INK))
             .x_desc("simulated seconds in a second, one core, fastest round")
             .y_desc("largest error of a chamber, kPa")
-            .x_label_formatter(&|value| format!("{value:.0}"))
+            .x_label_formatter(&|value| round_number(*value))
             .y_label_formatter(&|value| if *value < 0.01 { format!("{value:.0e}") } else { format!("{value}") })
             .draw()
             .map_err(drawing)?;
@@ -82,20 +109,40 @@ pub fn picture(report: &Report) -> Result<String> {
             let dashed = DashedLineSeries::new([from, to], 5, 5, INK.stroke_width(1));
             chart.draw_series(dashed).map_err(drawing)?;
         }
-        let mut taken: Vec<(i32, i32)> = Vec::new();
-        for row in &report.integrators {
-            let (place, colour) =
-                ((row.fastest_simulated_seconds_per_second, row.max_error_kpa.min(TOP_KPA)), colour(row));
-            let radius = if row.default { 7 } else { 4 };
+        let place = |row: &IntegratorRow| (row.fastest_simulated_seconds_per_second, row.max_error_kpa.min(TOP_KPA));
+        let radius = |row: &IntegratorRow| if row.default { 7 } else { 4 };
+        // Those that matter lie on top and choose their labels' places first.
+        let mut rows: Vec<&IntegratorRow> = report.integrators.iter().collect();
+        rows.sort_by_key(|row| (!row.default, row.dominated));
+        let mut taken: Vec<Area> = Vec::new();
+        for row in rows.iter().rev() {
+            chart
+                .draw_series(core::iter::once(Circle::new(place(row), radius(row), colour(row).filled())))
+                .map_err(drawing)?;
+            let ((x, y), r) = (chart.backend_coord(&place(row)), radius(row));
+            taken.push([x - r, y - r, x + r, y + r]);
+        }
+        for row in rows {
             let mark = if row.default { " (default)" } else { "" };
             let label = format!("{}, {}{mark}", row.integrator, row.step);
-            let ink = if row.dominated && !row.default { GREY } else { INK };
+            let ink = if row.dominated && !row.default { DIM } else { INK };
             let style = ("sans-serif", LABEL_HEIGHT, &ink).into_text_style(&area);
-            chart.draw_series(core::iter::once(Circle::new(place, radius, colour.filled()))).map_err(drawing)?;
-            let (x, y) = chart.backend_coord(&place);
-            let spot = free_spot(&taken, (x + radius + 3, y - LABEL_HEIGHT / 2), label_width(&label));
+            let (x, y) = chart.backend_coord(&place(row));
+            let spot = free_area(&taken, (x, y), radius(row), label_width(&label));
             taken.push(spot);
-            area.draw_text(&label, &style, spot).map_err(drawing)?;
+            // A label that had to go elsewhere is tied to its point.
+            let middle = i32::midpoint(spot[1], spot[3]);
+            if (middle - y).abs() > LABEL_HEIGHT {
+                let end = if spot[0] > x { spot[0] - 1 } else { spot[2] + 1 };
+                area.draw(&PathElement::new(vec![(x, y), (end, middle)], GREY.stroke_width(1))).map_err(drawing)?;
+            }
+            // The targets' lines end at a label.
+            let paper = [(spot[0], spot[1]), (spot[2], spot[3])];
+            area.draw(&Rectangle::new(paper, WHITE.filled())).map_err(drawing)?;
+            // Against its point, whatever the reader's letters measure.
+            let (style, end) =
+                if spot[0] > x { (style, spot[0]) } else { (style.pos(Pos::new(HPos::Right, VPos::Top)), spot[2]) };
+            area.draw_text(&label, &style, (end, spot[1])).map_err(drawing)?;
         }
         area.present().map_err(drawing)?;
     }
@@ -107,13 +154,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn labels_do_not_cover_each_other() {
-        let mut taken = Vec::new();
-        for index in 0..6 {
-            let spot = free_spot(&taken, (100 + index, 200), 80);
-            assert!(taken.iter().all(|&(_, y): &(i32, i32)| (y - spot.1).abs() > LABEL_HEIGHT), "{taken:?} {spot:?}");
+    fn labels_cover_neither_points_nor_each_other() {
+        let points = [(100, 200), (102, 203), (110, 200), (160, 201), (880, 200)];
+        let mut taken: Vec<Area> = points.iter().map(|&(x, y)| [x - 4, y - 4, x + 4, y + 4]).collect();
+        for point in points {
+            let spot = free_area(&taken, point, 4, 80);
+            assert!(!taken.iter().any(|&other| overlap(spot, other)), "{taken:?} {spot:?}");
+            assert!(spot[2] < SIZE.0 as i32, "{spot:?}");
             taken.push(spot);
         }
-        assert_eq!(free_spot(&taken, (500, 200), 80), (500, 200));
+        // Where nothing is in its way it stands to the right of its point.
+        assert_eq!(free_area(&taken, (500, 200), 4, 80)[0], 507);
     }
 }

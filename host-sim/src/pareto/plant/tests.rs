@@ -2,8 +2,14 @@ use super::*;
 use crate::plant::{InjectedFault, PlantParameters};
 use model_core::actuation::{Actuation, Passage};
 
-const FIXED: [Method; 5] =
-    [Method::Euler, Method::Heun, Method::RungeKutta4, Method::RosenbrockEuler, Method::Rosenbrock2];
+const FIXED: [Method; 6] = [
+    Method::Euler,
+    Method::Heun,
+    Method::RungeKutta4,
+    Method::RosenbrockEuler,
+    Method::LinearlyImplicitMidpoint,
+    Method::Rosenbrock2,
+];
 
 fn replay(case: &Case, method: Method, sub_steps: u32) -> case::Outcome {
     case.replay(case.plant(method, sub_steps, Scene::default(), SEED))
@@ -64,7 +70,7 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
 #[test]
 fn each_method_has_its_order() {
     let exact = flow_over(Choice { method: Method::RungeKutta4, sub_steps: 256 });
-    for (method, order) in FIXED.into_iter().zip([1.0, 2.0, 4.0, 1.0, 2.0]) {
+    for (method, order) in FIXED.into_iter().zip([1.0, 2.0, 4.0, 1.0, 2.0, 2.0]) {
         let error = |sub_steps| distance(flow_over(Choice { method, sub_steps }), exact);
         let (coarse, fine) = (error(2), error(8));
         let observed = (coarse / fine).log2() / 2.0;
@@ -91,7 +97,7 @@ fn the_whole_plant_is_of_second_order() {
     let faults: Vec<InjectedFault> = Vec::new();
     let reference = reference::solve(&parameters, &faults, start_kpa, &commands, 1e-12).expect("solved");
     let case = Case { name: "rushing in", parameters, faults, start_kpa, commands, reference };
-    for method in [Method::Heun, Method::RungeKutta4, Method::Rosenbrock2] {
+    for method in [Method::Heun, Method::RungeKutta4, Method::LinearlyImplicitMidpoint, Method::Rosenbrock2] {
         let [coarse, fine] = [1, 8].map(|sub_steps| replay(&case, method, sub_steps).rms_error_kpa);
         let observed = (coarse / fine).log2() / 3.0;
         println!("{method:?}: {coarse:.2e} kPa, {fine:.2e} kPa, order {observed:.2}");
