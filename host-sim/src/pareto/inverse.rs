@@ -324,8 +324,8 @@ pub fn run(json: bool, folder: &Folder) -> Result<String> {
     let report = measure();
     let hard_cases = hard_cases::examine();
     let text = serde_json::to_string_pretty(&serde_json::json!({ "report": report, "hard_cases": hard_cases }))? + "\n";
-    let bend = plot::svg(&report, Direction::BendFromPressure)?;
-    let pressure = plot::svg(&report, Direction::PressureFromBend)?;
+    let bend = plot::picture(&report, Direction::BendFromPressure)?;
+    let pressure = plot::picture(&report, Direction::PressureFromBend)?;
     let markdown = hard_cases_markdown(&hard_cases);
     let files = folder.write(&[
         ("pareto-bend-from-pressure.svg", bend.as_str()),

@@ -1,39 +1,16 @@
 //! Plots of a run as SVG.
 
+use crate::drawing::{Area, FAINT, INK, drawing, svg};
 use crate::trace::{Sample, Trace};
-use anyhow::{Result, anyhow};
+use anyhow::Result;
 use model_core::actuation::{Passage, Segment};
-use plotters::coord::Shift;
 use plotters::prelude::*;
 
 /// One colour a segment, apart in brightness too, so that they survive a grey printer and colour blindness (Okabe, Ito).
 pub const SEGMENT_COLOURS: [RGBColor; 3] = [RGBColor(0, 114, 178), RGBColor(213, 94, 0), RGBColor(0, 158, 115)];
-const INK: RGBColor = RGBColor(60, 64, 72);
-const FAINT: RGBColor = RGBColor(226, 229, 234);
 
 /// Samples to a bucket: 10 ms are finer than a pixel.
 const EVERY: usize = 10;
-
-/// A drawing area over an SVG text.
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-/// What a plot draws into its area.
-type Draw<'a> = &'a dyn Fn(&Area<'_>) -> Result<()>;
-
-fn svg(size: (u32, u32), draw: Draw<'_>) -> Result<String> {
-    let mut text = String::new();
-    {
-        let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
-        area.fill(&WHITE).map_err(drawing)?;
-        draw(&area)?;
-        area.present().map_err(drawing)?;
-    }
-    Ok(text)
-}
-
-#[expect(clippy::needless_pass_by_value, reason = "the form that map_err takes")]
-fn drawing<E: std::error::Error + Send + Sync>(error: DrawingAreaErrorKind<E>) -> anyhow::Error {
-    anyhow!("cannot draw: {error}")
-}
 
 fn seconds(sample: &Sample) -> f64 {
     f64::from(sample.time_ms) / 1000.0

@@ -39,7 +39,7 @@ const fn high(a: i32, b: i32) -> i32 {
 
 /// a + ((b·c) >> 32), one instruction.
 #[inline(always)]
-const fn plus_high(a: i32, b: i32, c: i32) -> i32 {
+pub(super) const fn plus_high(a: i32, b: i32, c: i32) -> i32 {
     a.wrapping_add(high(b, c))
 }
 

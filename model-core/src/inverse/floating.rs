@@ -1,6 +1,7 @@
 //! A function on floating segments: the leading bit of the input picks the octave, the next ones the segment, and a quartic
 //! does the rest. Relative accuracy is the same from the first LSB to the last octave.
 
+use super::direct::plus_high;
 use core::f64::consts::FRAC_1_SQRT_2;
 
 /// 1/√2 in Q31.
@@ -34,12 +35,6 @@ pub(super) struct Floating<const N: usize> {
     /// Indexed by the input's leading zeros.
     octaves: [Octave; 32],
     segments: [[i32; COEFFICIENTS]; N],
-}
-
-/// (a·b) >> 32 on top of c, one instruction.
-#[inline(always)]
-const fn plus_high(c: i32, a: i32, b: i32) -> i32 {
-    c.wrapping_add(((a as i64 * b as i64) >> 32) as i32)
 }
 
 impl<const N: usize> Floating<N> {

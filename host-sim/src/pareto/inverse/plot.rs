@@ -1,12 +1,11 @@
 //! Error against time, one point a method.
 
 use super::{Report, Row};
+use crate::drawing::{Bounds, FAINT, INK, drawing, overlap, svg};
 use crate::methods::Direction;
-use anyhow::{Result, anyhow};
+use anyhow::Result;
 use plotters::prelude::*;
 
-const INK: RGBColor = RGBColor(60, 64, 72);
-const FAINT: RGBColor = RGBColor(226, 229, 234);
 const DOMINATED: RGBColor = RGBColor(160, 165, 172);
 const BEST: RGBColor = RGBColor(0, 114, 178);
 const SIZE: (u32, u32) = (900, 560);
@@ -20,16 +19,9 @@ fn is_dominated(row: &Row, rows: &[&Row]) -> bool {
     rows.iter().map(|other| key(other)).any(|(e, t)| e <= error && t <= time && (e < error || t < time))
 }
 
-/// A rectangle in pixels: left, top, right, bottom.
-type Rectangle = [i32; 4];
-
-fn overlap(a: Rectangle, b: Rectangle) -> bool {
-    a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
-}
-
 /// Places for labels beside their points, so that none covers another or a point: the nearest free one.
-fn place_labels(points: &[(i32, i32)], lengths: &[usize], bounds: Rectangle) -> Vec<(i32, i32)> {
-    let mut taken: Vec<Rectangle> = points.iter().map(|&(x, y)| [x - 5, y - 5, x + 5, y + 5]).collect();
+fn place_labels(points: &[(i32, i32)], lengths: &[usize], bounds: Bounds) -> Vec<(i32, i32)> {
+    let mut taken: Vec<Bounds> = points.iter().map(|&(x, y)| [x - 5, y - 5, x + 5, y + 5]).collect();
     let mut placed = Vec::new();
     for (&(x, y), &length) in points.iter().zip(lengths) {
         let (width, height) = (CHARACTER.0 * length as i32, CHARACTER.1);
@@ -60,11 +52,6 @@ fn place_labels(points: &[(i32, i32)], lengths: &[usize], bounds: Rectangle) -> 
     placed
 }
 
-#[expect(clippy::needless_pass_by_value, reason = "the form that map_err takes")]
-fn drawing<E: std::error::Error + Send + Sync>(error: DrawingAreaErrorKind<E>) -> anyhow::Error {
-    anyhow!("cannot draw: {error}")
-}
-
 /// A label at 1, 2 and 5 times a power of ten, and none in between, where they would crowd.
 fn tick(value: f64) -> String {
     let text = format!("{value:.0e}");
@@ -77,7 +64,7 @@ fn tick(value: f64) -> String {
 
 /// The picture of one direction: the worst error over the working range with the default calibration against the time
 /// on this host, both logarithmic. Methods that another beats in both are grey.
-pub fn svg(report: &Report, direction: Direction) -> Result<String> {
+pub fn picture(report: &Report, direction: Direction) -> Result<String> {
     let rows: Vec<&Row> = report.of(direction).collect();
     let span = |values: &dyn Fn(&Row) -> f64, below: f64, above: f64| {
         let all = || rows.iter().map(|row| values(row).max(1e-16));
@@ -89,17 +76,14 @@ pub fn svg(report: &Report, direction: Direction) -> Result<String> {
         Direction::BendFromPressure => ("Bend from pressure", "worst error over 0..150 kPa, degrees"),
         Direction::PressureFromBend => ("Pressure from bend", "worst error over 0..150 kPa, kPa"),
     };
-    let mut text = String::new();
-    {
-        let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
-        area.fill(&WHITE).map_err(drawing)?;
-        let mut chart = ChartBuilder::on(&area)
+    svg(SIZE, &|area| {
+        let mut chart = ChartBuilder::on(area)
             .caption(title, ("sans-serif", 16, &INK))
             .margin(8)
             .margin_right(16)
             .x_label_area_size(40)
             .y_label_area_size(70)
-            .build_cartesian_2d(times.log_scale(), errors.log_scale())
+            .build_cartesian_2d(times.clone().log_scale(), errors.clone().log_scale())
             .map_err(drawing)?;
         chart
             .configure_mesh()
@@ -128,9 +112,8 @@ pub fn svg(report: &Report, direction: Direction) -> Result<String> {
             area.draw(&Circle::new(point, 4, colour.filled())).map_err(drawing)?;
             area.draw(&Text::new(row.method, label, ("sans-serif", 13).into_font().color(&colour))).map_err(drawing)?;
         }
-        area.present().map_err(drawing)?;
-    }
-    Ok(text)
+        Ok(())
+    })
 }
 
 #[cfg(test)]
@@ -143,7 +126,7 @@ mod tests {
         let points = [(100, 100), (104, 102), (98, 108), (100, 120), (100, 130), (100, 140), (700, 400)];
         let lengths = [10, 17, 14, 12, 18, 13, 9];
         let labels = place_labels(&points, &lengths, [80, 20, 880, 540]);
-        let boxes: Vec<Rectangle> = labels
+        let boxes: Vec<Bounds> = labels
             .iter()
             .zip(lengths)
             .map(|(&(x, y), length)| [x, y, x + CHARACTER.0 * length as i32, y + CHARACTER.1])

@@ -1,21 +1,15 @@
 //! Error against speed as SVG.
 
 use super::{ERROR_TARGET_KPA, IntegratorRow, Report, SPEED_TARGET};
-use anyhow::{Result, anyhow};
+use crate::drawing::{Bounds, FAINT, INK, drawing, overlap, svg};
+use anyhow::Result;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-const INK: RGBColor = RGBColor(60, 64, 72);
-const FAINT: RGBColor = RGBColor(226, 229, 234);
 const GREY: RGBColor = RGBColor(176, 180, 188);
 const DIM: RGBColor = RGBColor(120, 125, 134);
 const FRONT: RGBColor = RGBColor(0, 114, 178);
 const DEFAULT: RGBColor = RGBColor(213, 94, 0);
-
-#[expect(clippy::needless_pass_by_value, reason = "the form that map_err takes")]
-fn drawing<E: std::error::Error + Send + Sync>(error: DrawingAreaErrorKind<E>) -> anyhow::Error {
-    anyhow!("cannot draw: {error}")
-}
 
 /// Errors above this are drawn at the upper edge: those have failed.
 const TOP_KPA: f64 = 100.0;
@@ -50,16 +44,9 @@ fn round_number(value: f64) -> String {
     if text.starts_with(['1', '2', '5']) { text } else { String::new() }
 }
 
-/// A rectangle on the drawing: left, top, right and bottom in pixels.
-type Area = [i32; 4];
-
-fn overlap(one: Area, other: Area) -> bool {
-    one[0] < other[2] && other[0] < one[2] && one[1] < other[3] && other[1] < one[3]
-}
-
 /// Where a label of a point covers nothing that is taken: right or left of it, as little above or below as can be, and
 /// within the width of the drawing.
-fn free_area(taken: &[Area], (x, y): (i32, i32), radius: i32, width: i32) -> Area {
+fn free_area(taken: &[Bounds], (x, y): (i32, i32), radius: i32, width: i32) -> Bounds {
     let area = |left: i32, shift: i32| {
         let top = y + shift - LABEL_HEIGHT / 2;
         [left, top, left + width, top + LABEL_HEIGHT + 2]
@@ -81,11 +68,8 @@ pub fn picture(report: &Report) -> Result<String> {
     let errors = || report.integrators.iter().map(|row| row.max_error_kpa.min(TOP_KPA));
     let x = (speeds().fold(SPEED_TARGET, f64::min) / 1.5, speeds().fold(SPEED_TARGET, f64::max) * 2.5);
     let y = (errors().fold(ERROR_TARGET_KPA, f64::min) / 2.0, errors().fold(ERROR_TARGET_KPA, f64::max) * 2.0);
-    let mut text = String::new();
-    {
-        let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
-        area.fill(&WHITE).map_err(drawing)?;
-        let mut chart = ChartBuilder::on(&area)
+    svg(SIZE, &|area| {
+        let mut chart = ChartBuilder::on(area)
             .caption("integrators of the plant: error against speed", ("sans-serif", 16, &INK))
             .margin(8)
             .x_label_area_size(44)
@@ -114,7 +98,7 @@ pub fn picture(report: &Report) -> Result<String> {
         // Those that matter lie on top and choose their labels' places first.
         let mut rows: Vec<&IntegratorRow> = report.integrators.iter().collect();
         rows.sort_by_key(|row| (!row.default, row.dominated));
-        let mut taken: Vec<Area> = Vec::new();
+        let mut taken: Vec<Bounds> = Vec::new();
         for row in rows.iter().rev() {
             chart
                 .draw_series(core::iter::once(Circle::new(place(row), radius(row), colour(row).filled())))
@@ -126,7 +110,7 @@ pub fn picture(report: &Report) -> Result<String> {
             let mark = if row.default { " (default)" } else { "" };
             let label = format!("{}, {}{mark}", row.integrator, row.step);
             let ink = if row.dominated && !row.default { DIM } else { INK };
-            let style = ("sans-serif", LABEL_HEIGHT, &ink).into_text_style(&area);
+            let style = ("sans-serif", LABEL_HEIGHT, &ink).into_text_style(area);
             let (x, y) = chart.backend_coord(&place(row));
             let spot = free_area(&taken, (x, y), radius(row), label_width(&label));
             taken.push(spot);
@@ -144,9 +128,8 @@ pub fn picture(report: &Report) -> Result<String> {
                 if spot[0] > x { (style, spot[0]) } else { (style.pos(Pos::new(HPos::Right, VPos::Top)), spot[2]) };
             area.draw_text(&label, &style, (end, spot[1])).map_err(drawing)?;
         }
-        area.present().map_err(drawing)?;
-    }
-    Ok(text)
+        Ok(())
+    })
 }
 
 #[cfg(test)]
@@ -156,7 +139,7 @@ mod tests {
     #[test]
     fn labels_cover_neither_points_nor_each_other() {
         let points = [(100, 200), (102, 203), (110, 200), (160, 201), (880, 200)];
-        let mut taken: Vec<Area> = points.iter().map(|&(x, y)| [x - 4, y - 4, x + 4, y + 4]).collect();
+        let mut taken: Vec<Bounds> = points.iter().map(|&(x, y)| [x - 4, y - 4, x + 4, y + 4]).collect();
         for point in points {
             let spot = free_area(&taken, point, 4, 80);
             assert!(!taken.iter().any(|&other| overlap(spot, other)), "{taken:?} {spot:?}");

@@ -1,0 +1,44 @@
+//! What all pictures share: the area they are drawn into, its inks, and boxes that must not cover each other.
+
+use anyhow::{Result, anyhow};
+use plotters::coord::Shift;
+use plotters::prelude::*;
+
+/// Letters and axes.
+pub const INK: RGBColor = RGBColor(60, 64, 72);
+/// Grids and frames.
+pub const FAINT: RGBColor = RGBColor(226, 229, 234);
+
+/// A drawing area over an SVG text.
+pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+/// What a plot draws into its area.
+type Draw<'a> = &'a dyn Fn(&Area<'_>) -> Result<()>;
+
+/// An SVG of this size in pixels.
+///
+/// # Errors
+/// When the drawing backend fails.
+pub fn svg(size: (u32, u32), draw: Draw<'_>) -> Result<String> {
+    let mut text = String::new();
+    {
+        let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
+        area.fill(&WHITE).map_err(drawing)?;
+        draw(&area)?;
+        area.present().map_err(drawing)?;
+    }
+    Ok(text)
+}
+
+/// The backend's error as everybody else's.
+#[expect(clippy::needless_pass_by_value, reason = "the form that map_err takes")]
+pub fn drawing<E: std::error::Error + Send + Sync>(error: DrawingAreaErrorKind<E>) -> anyhow::Error {
+    anyhow!("cannot draw: {error}")
+}
+
+/// A rectangle in pixels: left, top, right, bottom.
+pub type Bounds = [i32; 4];
+
+/// Whether they share a pixel.
+pub fn overlap(a: Bounds, b: Bounds) -> bool {
+    a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
+}
