@@ -9,7 +9,7 @@ use model_core::actuation::{Actuation, Passage, Segment};
 use model_core::calibration;
 use model_core::controller::{Command, Controller, Fault, Inputs, Mode, Outputs, Reading, Rejection};
 use model_core::inverse::Tabulated;
-use model_core::observer::{DeadTicks, Observer, Pneumatics};
+use model_core::observer::{Ahead, DeadTicks, Observer, Pneumatics};
 use model_core::protocol::frame::{self, Decoder, FrameError, MAX_FRAME};
 use model_core::protocol::message::{
     Identity, LinkCommand, LinkMode, Reason, Report, Request, ResetCause, SequenceName, Telemetry,
@@ -114,6 +114,7 @@ fn states() {
     cloned::<Tabulated>(&Tabulated::new(&calibration::DEFAULT));
     let observer = Observer::new(Pneumatics::NOMINAL);
     cloned::<Observer>(&observer);
+    plain::<Ahead>(&observer.ahead());
     plain::<DeadTicks>(&DeadTicks::MAX);
     plain::<Pneumatics>(&Pneumatics::NOMINAL);
     let regulator = Regulator::new();
