@@ -403,8 +403,18 @@ fn compare_regulators(arguments: &CompareArguments) -> Result<(), Failure> {
     let bar = crate::progress::bar(trials, "trials");
     let report = compare::measure(&scenarios, arguments.seeds, || bar.inc(1))?;
     bar.finish_and_clear();
-    let data = format!("{:#}\n", serde_json::to_value(&report).map_err(anyhow::Error::from)?);
-    folder.write(&[("compare.json", data.as_str())])?;
+    let mut json = serde_json::to_value(&report).map_err(anyhow::Error::from)?;
+    json["targets"] = serde_json::to_value(report.targets()).map_err(anyhow::Error::from)?;
+    let data = format!("{json:#}\n");
+    let shown = arguments.scenario.or_else(|| compare::scenario::find("60-30-60").copied());
+    let traces = shown.map(|scenario| compare::traces(&scenario)).transpose()?.unwrap_or_default();
+    folder.write(&[
+        ("compare.json", data.as_str()),
+        ("compare.csv", &compare::csv(&report)?),
+        ("compare.md", &compare::markdown(&report)),
+        ("compare-traces.svg", &traces),
+        ("compare-switchings.svg", &compare::error_against_switchings(&report)?),
+    ])?;
     print(&if arguments.json { data } else { compare::text(&report) })?;
     Ok(())
 }
