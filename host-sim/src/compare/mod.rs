@@ -78,3 +78,6 @@ pub fn measure(scenarios: &[Scenario], seeds: u64, progress: impl Fn() + Sync) -
         .collect();
     Ok(Report { seeds, rows: rows? })
 }
+
+#[cfg(test)]
+mod tests;
