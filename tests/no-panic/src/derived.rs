@@ -11,6 +11,7 @@ use model_core::controller::{Command, Controller, Fault, Inputs, Mode, Outputs, 
 use model_core::inverse::Tabulated;
 use model_core::observer::{DeadTicks, Observer, Pneumatics};
 use model_core::protocol::frame::{self, Decoder, FrameError, MAX_FRAME};
+use model_core::protocol::handler::Effect;
 use model_core::protocol::message::{
     Identity, LinkCommand, LinkMode, Reason, Report, Request, ResetCause, SequenceName, Telemetry,
 };
@@ -112,6 +113,7 @@ fn controller() {
     plain::<Clearing>(&Clearing::Command);
     cloned::<Row>(&model_core::supervisor::table::TABLE[0]);
     plain::<Mode>(&Mode::Vented);
+    plain::<Effect>(&Effect::Nothing);
     plain::<Outputs>(&any(Controller::new(calibration::DEFAULT)).step(&any(INPUTS)));
 }
 
