@@ -60,6 +60,7 @@ impl<T> Reading<T> {
 
 /// Everything the controller sees in one tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a line or an event of its own; together they are no state")]
 pub struct Inputs {
     /// Time since start.
     pub now: Millis,
