@@ -10,11 +10,12 @@ use embassy_stm32::gpio::{Input, Output};
 use embassy_time::{Duration, with_timeout};
 use finger_drivers::settings::{Settings, Store};
 use fixed::types::I8F24;
+use model_core::actuation::PerSegment;
 use model_core::calibration;
 use model_core::controller::{Command, Controller, Inputs, Mode, Outputs, Reading};
 use model_core::protocol::{Identity, LinkCommand, Reason, Report, Request};
 use model_core::sequence::library;
-use model_core::units::{Coefficients, Millis, Pressure};
+use model_core::units::{Bend, Coefficients, Millis, Pressure};
 
 /// A sample that is this late is missing: the core is told that its sensors fail, and vents after its own time.
 const LATE: Duration = Duration::from_millis(3);
@@ -28,7 +29,7 @@ const DEBOUNCE_TICKS: u8 = 30;
 pub struct Snapshot {
     pub at: Millis,
     pub outputs: Outputs,
-    pub coefficients: Coefficients,
+    pub coefficients: PerSegment<Coefficients>,
     pub overruns: u16,
     pub tick_cycles: u32,
     pub worst_tick_cycles: u32,
@@ -159,13 +160,14 @@ fn take(controller: &mut Controller, store: &mut SettingsStore, command: &LinkCo
         LinkCommand::Vent => Command::Vent,
         LinkCommand::Setpoints(bits) => Command::Setpoints(bits.map(Pressure::from_bits)),
         LinkCommand::ZeroSensors => Command::ZeroSensors,
-        LinkCommand::Calibrate { k, c1, c2 } => {
+        LinkCommand::Bends(bits) => Command::Bends(bits.map(Bend::from_bits)),
+        LinkCommand::Calibrate { segment, k, c1, c2 } => {
             let [k, c1, c2] = [*k, *c1, *c2].map(I8F24::from_bits);
-            Command::Calibrate(Coefficients::new(k, c1, c2).map_err(|_| Reason::CoefficientOutOfLimits)?)
+            Command::Calibrate(*segment, Coefficients::new(k, c1, c2).map_err(|_| Reason::CoefficientOutOfLimits)?)
         }
         LinkCommand::ClearFault => Command::ClearFault,
     };
-    let changes_settings = matches!(command, Command::ZeroSensors | Command::Calibrate(_));
+    let changes_settings = matches!(command, Command::ZeroSensors | Command::Calibrate(..));
     controller.command(command).map_err(Reason::from)?;
     if changes_settings { save(controller, store) } else { Ok(()) }
 }
@@ -174,7 +176,7 @@ fn take(controller: &mut Controller, store: &mut SettingsStore, command: &LinkCo
 fn restore(store: &mut SettingsStore) -> Controller {
     let Some(settings) = store.load() else {
         defmt::info!("no settings stored: defaults");
-        return Controller::with_self_test(calibration::DEFAULT);
+        return Controller::with_self_test([calibration::DEFAULT; 3]);
     };
     let mut controller = Controller::with_self_test(settings.coefficients);
     controller.restore_zeros(settings.pressure_zero, settings.bend_zero);
@@ -210,7 +212,7 @@ fn identity(controller: &Controller, id: u16) -> Identity {
         firmware: heapless::String::try_from(env!("CARGO_PKG_VERSION")).unwrap_or_default(),
         serial: [word(0), word(4), word(8)],
         reset_cause: crate::reset::cause(),
-        coefficients: [coefficients.k(), coefficients.c1(), coefficients.c2()].map(I8F24::to_bits),
+        coefficients: coefficients.map(|own| [own.k(), own.c1(), own.c2()].map(I8F24::to_bits)),
         pressure_zero: controller.pressure_zero().to_bits(),
         bend_zero: controller.bend_zero().to_bits(),
         sequences: library::ALL.len() as u8,

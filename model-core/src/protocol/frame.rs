@@ -143,6 +143,7 @@ fn remove_cobs(frame: &mut [u8]) -> Option<usize> {
 mod tests {
     use super::super::message::*;
     use super::*;
+    use crate::actuation::Segment;
     use proptest::prelude::*;
 
     fn commands() -> Vec<LinkCommand> {
@@ -154,9 +155,10 @@ mod tests {
             LinkCommand::Vent,
             LinkCommand::Setpoints([60 << 16, 30 << 16, 60 << 16]),
             LinkCommand::ZeroSensors,
-            LinkCommand::Calibrate { k: 0, c1: 232_121_178, c2: 5_630_601 },
+            LinkCommand::Calibrate { segment: Segment::Middle, k: 0, c1: 232_121_178, c2: 5_630_601 },
             LinkCommand::Identify,
             LinkCommand::ClearFault,
+            LinkCommand::Bends([45 << 16, 30 << 16, 15 << 16]),
         ]
     }
 
@@ -181,8 +183,8 @@ mod tests {
     #[test]
     fn a_frame_is_version_message_and_crc_between_zeros() {
         let frame = framed(&LinkCommand::Pause);
-        // Version 1; id 0x1234 as varint B4 24; variant 1.
-        let plain = [1, 0xB4, 0x24, 1];
+        // Version 2; id 0x1234 as varint B4 24; variant 1.
+        let plain = [2, 0xB4, 0x24, 1];
         let mut expected = plain.to_vec();
         expected.extend(crc32(&plain).to_le_bytes());
         // No zero in it, so COBS is one distance in front.
@@ -260,10 +262,10 @@ mod tests {
     #[test]
     fn another_version_and_trailing_bytes_are_refused() {
         for (plain, error) in [
-            (vec![2, 1, 1], FrameError::Version(2)),
-            (vec![1, 1, 1, 9], FrameError::Message),
-            (vec![1, 1, 99], FrameError::Message),
-            (vec![1], FrameError::Message),
+            (vec![1, 1, 1], FrameError::Version(1)),
+            (vec![2, 1, 1, 9], FrameError::Message),
+            (vec![2, 1, 99], FrameError::Message),
+            (vec![2], FrameError::Message),
         ] {
             let mut content = plain.clone();
             content.extend(crc32(&plain).to_le_bytes());

@@ -15,4 +15,4 @@ pub use message::{
 };
 
 /// Version of frames and messages; a frame of another version is dropped.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
