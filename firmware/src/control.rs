@@ -54,11 +54,12 @@ pub async fn control(mut panel: Panel, mut store: SettingsStore) -> ! {
         let sample = with_timeout(LATE, SAMPLE.wait()).await.ok();
         let start = DWT::cycle_count();
         beats::beat(Beat::Control);
-        match (sample, expected) {
-            (Some(sample), Some(number)) if sample.number != number => overruns = overruns.saturating_add(1),
-            (None, Some(_)) => overruns = overruns.saturating_add(1),
-            _ => {}
-        }
+        let overrun = match (sample, expected) {
+            (Some(sample), Some(number)) => sample.number != number,
+            (None, Some(_)) => true,
+            _ => false,
+        };
+        overruns = overruns.saturating_add(overrun.into());
         expected = sample.map_or(expected, |sample| Some(sample.number.wrapping_add(1)));
 
         let request = link::REQUESTS.try_receive().ok();
@@ -66,7 +67,7 @@ pub async fn control(mut panel: Panel, mut store: SettingsStore) -> ! {
             // Before the inputs are read: the core clears only what is no longer there.
             outputs::rearm();
         }
-        let inputs = inputs(sample.as_ref());
+        let inputs = inputs(sample.as_ref(), overrun);
         let mut outputs = controller.step(&inputs);
         outputs.actuation = outputs::drive(&outputs.actuation, inputs.now);
         if let Some(request) = request {
@@ -98,13 +99,15 @@ pub async fn control(mut panel: Panel, mut store: SettingsStore) -> ! {
     }
 }
 
-fn inputs(sample: Option<&Sample>) -> Inputs {
+fn inputs(sample: Option<&Sample>, overrun: bool) -> Inputs {
     let missing = Inputs {
         now: Millis(embassy_time::Instant::now().as_millis() as u32),
         manifold: Reading::BelowRange,
         bend: Reading::BelowRange,
         over_pressure_switch: outputs::tripped(Trip::OverPressure),
         emergency_stop: outputs::tripped(Trip::EmergencyStop),
+        host_heard: link::heard(),
+        overrun,
     };
     let Some(&Sample { at, sums: [pressure, bend], .. }) = sample else { return missing };
     Inputs {
@@ -153,7 +156,7 @@ fn answer(controller: &mut Controller, store: &mut SettingsStore, request: Reque
 
 fn take(controller: &mut Controller, store: &mut SettingsStore, command: &LinkCommand) -> Result<(), Reason> {
     let command = match command {
-        LinkCommand::Identify => return Ok(()),
+        LinkCommand::Identify | LinkCommand::Beat => return Ok(()),
         LinkCommand::Run(name) => Command::Run(library::find(name).ok_or(Reason::UnknownSequence)?),
         LinkCommand::Pause => Command::Pause,
         LinkCommand::Resume => Command::Resume,

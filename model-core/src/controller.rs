@@ -4,14 +4,16 @@ use crate::actuation::{Actuation, PerSegment, Segment};
 use crate::inverse::pressure_from_bend;
 use crate::observer::{Observer, Pneumatics};
 use crate::regulator::Regulator;
-use crate::self_test::{Part, SelfTest, Verdict};
+use crate::self_test::{SelfTest, Verdict};
 use crate::sequence::player::{Player, Reference};
 use crate::sequence::{Sequence, Target};
 use crate::supervisor::Supervisor;
+use crate::supervisor::fault::FaultSet;
 use crate::units::{Bend, Coefficients, Millis, Pressure};
 
 /// The highest setpoint: the end of the paper's working range.
 pub use crate::sequence::MAX_PRESSURE as PRESSURE_LIMIT;
+pub use crate::supervisor::fault::Fault;
 
 /// The largest zero error of the pressure sensor that is trimmed away: the ISE30A's repeatability, 0.2 % of 1000 kPa.
 pub const ZERO_LIMIT: Pressure = Pressure::from_kpa(2);
@@ -58,6 +60,7 @@ impl<T> Reading<T> {
 
 /// Everything the controller sees in one tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a line or an event of its own; together they are no state")]
 pub struct Inputs {
     /// Time since start.
     pub now: Millis,
@@ -69,6 +72,10 @@ pub struct Inputs {
     pub over_pressure_switch: bool,
     /// True while the emergency stop is pressed or its loop is broken.
     pub emergency_stop: bool,
+    /// A valid frame came from the host since the last tick. What a host drives by hand ends when it is silent.
+    pub host_heard: bool,
+    /// This tick came late, or a sample before it was lost.
+    pub overrun: bool,
 }
 
 #[cfg(test)]
@@ -80,6 +87,8 @@ impl Inputs {
         bend: Reading::Valid(Bend::ZERO),
         over_pressure_switch: false,
         emergency_stop: false,
+        host_heard: true,
+        overrun: false,
     };
 }
 
@@ -129,54 +138,6 @@ pub enum Rejection {
     SelfTesting,
 }
 
-/// Why the supervisor vented the finger.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fault {
-    /// The manifold's pressure is above the limit.
-    OverPressure,
-    /// The pressure switch closed.
-    OverPressureSwitch,
-    /// The pressure sensor is below its electrical range.
-    PressureSensorBelowRange,
-    /// The pressure sensor is above its electrical range.
-    PressureSensorAboveRange,
-    /// The emergency stop was pressed.
-    EmergencyStop,
-    /// The power-on self test failed: this does not respond.
-    SelfTest(Part),
-}
-
-impl Fault {
-    /// Every fault but the self test's.
-    pub const ELECTRICAL: [Self; 5] = [
-        Self::OverPressure,
-        Self::OverPressureSwitch,
-        Self::PressureSensorBelowRange,
-        Self::PressureSensorAboveRange,
-        Self::EmergencyStop,
-    ];
-
-    /// The fault with this number.
-    #[must_use]
-    pub fn from_code(code: u8) -> Option<Self> {
-        let parts = Part::ALL.into_iter().map(Self::SelfTest);
-        Self::ELECTRICAL.into_iter().chain(parts).find(|fault| fault.code() == code)
-    }
-
-    /// A number that stays the same from version to version.
-    #[must_use]
-    pub const fn code(self) -> u8 {
-        match self {
-            Self::OverPressure => 0,
-            Self::OverPressureSwitch => 1,
-            Self::PressureSensorBelowRange => 2,
-            Self::PressureSensorAboveRange => 3,
-            Self::EmergencyStop => 4,
-            Self::SelfTest(part) => 16 + part.code(),
-        }
-    }
-}
-
 /// What the controller is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
@@ -201,6 +162,8 @@ pub struct Outputs {
     pub actuation: Actuation,
     /// What the controller is doing.
     pub mode: Mode,
+    /// Every fault that is latched, those that do not vent too.
+    pub faults: FaultSet,
     /// The reference each chamber should have now (ramps included); zero when vented.
     pub setpoints: PerSegment<Pressure>,
     /// The estimated gauge pressure of each chamber.
@@ -301,6 +264,11 @@ impl Controller {
     pub fn restore_zeros(&mut self, pressure: Pressure, bend: Bend) {
         self.zero = if pressure.abs() <= ZERO_LIMIT { pressure } else { Pressure::ZERO };
         self.bend_zero = if bend.abs() <= BEND_ZERO_LIMIT { bend } else { Bend::ZERO };
+    }
+
+    /// Latches a fault that the start-up code knows of: a restart by the watchdog, a power dip, damaged settings.
+    pub const fn report(&mut self, fault: Fault) {
+        self.supervisor.latch(fault);
     }
 
     /// Takes a command.
@@ -404,6 +372,7 @@ impl Controller {
         };
         self.observer.commanded(&outputs.actuation);
         self.follow_zero(inputs.manifold, outputs.actuation);
+        outputs.faults = self.supervisor.faults();
         outputs.estimates = self.observer.chambers();
         outputs.manifold = inputs.manifold.map(|pressure| pressure - self.zero);
         outputs.bend = inputs.bend.map(|bend| bend - self.bend_zero);
@@ -452,6 +421,7 @@ impl Controller {
         let mut outputs = Outputs {
             actuation: Actuation::SAFE,
             mode: Mode::Vented,
+            faults: FaultSet::EMPTY,
             setpoints: [Pressure::ZERO; 3],
             estimates: [Pressure::ZERO; 3],
             step: 0,

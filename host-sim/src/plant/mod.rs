@@ -221,6 +221,8 @@ impl Plant {
                 bend: Reading::BelowRange,
                 over_pressure_switch: false,
                 emergency_stop: false,
+                host_heard: true,
+                overrun: false,
             },
             faults: scene.faults,
             parameters,
@@ -521,6 +523,9 @@ impl Plant {
             bend: self.bend_sensor.reading(bend_deg, bend_noise, faults.bend_open),
             over_pressure_switch: manifold_kpa >= self.parameters.pressure_sensor.switch_kpa,
             emergency_stop: faults.emergency_stop,
+            // The plant's side of the bench is a host that is heard every tick, and no tick is late.
+            host_heard: true,
+            overrun: false,
         };
         // Not read back: what was written field by field would have to reach memory first.
         self.inputs = inputs;

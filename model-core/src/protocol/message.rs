@@ -48,6 +48,8 @@ pub enum LinkCommand {
     Identify,
     /// Clears a latched fault whose cause is gone.
     ClearFault,
+    /// Says that the host is there, and nothing else.
+    Beat,
     /// Goes to these bends of the segments at once (2^-16 degree, 0..=110 degrees) and holds them.
     Bends([i32; 3]),
 }
@@ -210,6 +212,10 @@ pub struct Telemetry {
     pub tick: u32,
     /// What the device is doing.
     pub mode: LinkMode,
+    /// Every latched fault: the bit with the number of its code ([`crate::supervisor::fault::FaultSet`]).
+    pub faults: u64,
+    /// The most urgent one's priority: 0 no fault, 1 low, 2 medium, 3 high.
+    pub priority: u8,
     /// Reference of each chamber, 2^-16 kPa.
     pub setpoints: [i32; 3],
     /// Estimated pressure of each chamber, 2^-16 kPa.
@@ -265,7 +271,7 @@ mod tests {
     #[test]
     fn every_mode_and_fault_comes_back_and_no_other_code_is_one() {
         let known: Vec<u8> = (0..=u8::MAX).filter(|&code| Fault::from_code(code).is_some()).collect();
-        assert_eq!(known, (0..5).chain(16..26).collect::<Vec<_>>());
+        assert_eq!(known, [0..9, 16..26, 32..44, 48..50, 56..63].into_iter().flatten().collect::<Vec<_>>());
         let faults = known.into_iter().map(LinkMode::Faulted);
         let plain = [LinkMode::Vented, LinkMode::SelfTest, LinkMode::Running, LinkMode::Holding, LinkMode::Paused];
         for told in plain.into_iter().chain(faults) {

@@ -100,6 +100,8 @@ fn record(name: &str, milliseconds: u32) -> (Vec<Tick>, std::ops::Range<usize>) 
                 bend: bend.reading(sums[1], SCANS as u32),
                 over_pressure_switch: false,
                 emergency_stop: false,
+                host_heard: true,
+                overrun: false,
             };
             ticks.push(Tick { inputs, pins: bench.actuation() });
         }

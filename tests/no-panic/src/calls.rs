@@ -20,6 +20,7 @@ use model_core::self_test::{Part, SelfTest};
 use model_core::sequence::player::Player;
 use model_core::sequence::{Sequence, Step, Target, library};
 use model_core::supervisor::Supervisor;
+use model_core::supervisor::fault::{FaultSet, Priority};
 use model_core::units::{Bend, Coefficients, Millis, Pressure};
 
 /// A value of which the compiler knows only the type: nothing that depends on it is folded away.
@@ -41,6 +42,8 @@ pub const INPUTS: Inputs = Inputs {
     bend: Reading::Valid(Bend::ZERO),
     over_pressure_switch: false,
     emergency_stop: false,
+    host_heard: true,
+    overrun: false,
 };
 /// Everything.
 pub fn all() {
@@ -93,6 +96,8 @@ fn controller() {
     consume(Controller::bend_zero(&controller));
     Controller::restore_zeros(&mut controller, any(Pressure::ZERO), any(Bend::ZERO));
     let mut controller = any(controller);
+    Controller::report(&mut controller, any(Fault::TaskHang));
+    let mut controller = any(controller);
     consume(Controller::step(&mut controller, &any(INPUTS)));
     consume(controller);
     consume(Reading::map(any(INPUTS.manifold), any::<fn(Pressure) -> i32>(Pressure::to_bits)));
@@ -128,6 +133,24 @@ fn division() {
 fn faults() {
     consume(Fault::from_code(any(0)));
     consume(Fault::code(any(Fault::OverPressure)));
+    consume(Fault::priority(any(Fault::OverPressure)));
+    consume(Fault::action(any(Fault::OverPressure)));
+    consume(Fault::clearing(any(Fault::OverPressure)));
+    consume(Priority::name(any(Priority::Low)));
+    let mut set = any(FaultSet::of(any(Fault::OverPressure)));
+    FaultSet::insert(&mut set, any(Fault::OverPressure));
+    let set = any(set);
+    consume(FaultSet::from_bits(any(FaultSet::bits(set))));
+    consume(FaultSet::contains(set, any(Fault::OverPressure)));
+    consume(FaultSet::intersects(set, any(FaultSet::VENTING)));
+    consume(FaultSet::union(set, any(FaultSet::VENTING)));
+    consume(FaultSet::without(set, any(FaultSet::VENTING)));
+    consume(FaultSet::is_empty(set));
+    consume(FaultSet::priority(set));
+    for fault in FaultSet::iter(set) {
+        consume(fault);
+    }
+    consume(<FaultSet as Default>::default());
 }
 
 #[inline(never)]
@@ -247,6 +270,7 @@ fn supervisor() {
     Supervisor::latch(&mut supervisor, any(Fault::OverPressure));
     let mut supervisor = any(supervisor);
     consume(Supervisor::clear(&mut supervisor, &any(INPUTS)));
+    consume(Supervisor::faults(&supervisor));
     consume(Supervisor::fault(&any(supervisor)));
     consume(<Supervisor as Default>::default());
 }

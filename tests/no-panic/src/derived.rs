@@ -19,6 +19,7 @@ use model_core::self_test::{Part, SelfTest, Verdict};
 use model_core::sequence::player::{Player, Reference};
 use model_core::sequence::{Sequence, SequenceError, Step, Target};
 use model_core::supervisor::Supervisor;
+use model_core::supervisor::fault::{Action, Clearing, FaultSet, Priority, Row};
 use model_core::units::{Bend, CoefficientError, Coefficients, Millis, Pressure};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -104,6 +105,12 @@ fn controller() {
     cloned::<Command>(&Command::Run(&SEQUENCE));
     plain::<Rejection>(&Rejection::Faulted);
     plain::<Fault>(&Fault::OverPressure);
+    plain::<FaultSet>(&FaultSet::VENTING);
+    plain::<Priority>(&Priority::Low);
+    ordered::<Priority>(&Priority::Low);
+    plain::<Action>(&Action::Vent);
+    plain::<Clearing>(&Clearing::Command);
+    cloned::<Row>(&model_core::supervisor::table::TABLE[0]);
     plain::<Mode>(&Mode::Vented);
     plain::<Outputs>(&any(Controller::new([calibration::DEFAULT; 3])).step(&any(INPUTS)));
 }
@@ -188,6 +195,8 @@ fn identity() -> Identity {
 const TELEMETRY: Telemetry = Telemetry {
     tick: 0,
     mode: LinkMode::Vented,
+    faults: 0,
+    priority: 0,
     setpoints: [0; 3],
     estimates: [0; 3],
     manifold: None,
