@@ -7,7 +7,7 @@ use finger_fuzz::{seeds, session};
 use model_core::protocol::{Decoder, LinkCommand, MAX_FRAME, Report, Request, encode};
 use model_core::supervisor::fault::FaultSet;
 use serde::{Serialize, de::DeserializeOwned};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 fn encoded<M: Serialize>(message: &M) -> Vec<u8> {
     let mut buffer = [0; MAX_FRAME];
@@ -60,15 +60,36 @@ fn sessions() {
     });
 }
 
+fn corpora() -> [(PathBuf, Vec<seeds::Seed>); 3] {
+    let folder = |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/__fuzz__").join(name).join("corpus");
+    [
+        (folder("frames"), seeds::frames()),
+        (folder("messages"), seeds::messages()),
+        (folder("sessions"), seeds::sessions()),
+    ]
+}
+
+/// `cargo test -p finger-fuzz --test link write_seeds -- --ignored`; what fuzzing found stays beside them.
+#[test]
+#[ignore = "writes the seeds into the corpora"]
+fn write_seeds() {
+    for (folder, seeds) in corpora() {
+        std::fs::create_dir_all(&folder).expect("the crate's folder");
+        for (file, bytes) in seeds {
+            std::fs::write(folder.join(file), bytes).expect("the corpus");
+        }
+    }
+}
+
 /// The corpora hold today's messages, and their sessions get where they are meant to.
 #[test]
 fn the_corpora_hold_the_seeds_and_reach_every_part() {
-    let corpora = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/__fuzz__");
-    for (name, seeds) in [("frames", seeds::frames()), ("messages", seeds::messages()), ("sessions", seeds::sessions())]
-    {
+    for (folder, seeds) in corpora() {
         for (file, bytes) in seeds {
-            let stored = std::fs::read(corpora.join(name).join("corpus").join(&file)).unwrap_or_default();
-            assert!(stored == bytes, "{name}/{file}: run `cargo run -p finger-fuzz --bin seeds`");
+            let path = folder.join(file);
+            let stored = std::fs::read(&path).unwrap_or_default();
+            let write = "cargo test -p finger-fuzz --test link write_seeds -- --ignored";
+            assert!(stored == bytes, "{}: not today's, run `{write}`", path.display());
         }
     }
     let (mut faults, mut taken, mut pump_ticks) = (FaultSet::EMPTY, 0, 0);
