@@ -3,6 +3,7 @@
 //! It ends with 0 when all went well, 1 when something failed on the way or a fault ended the run, 2 when the input was
 //! wrong, a folder that cannot be written to among it.
 
+use crate::compare;
 use crate::eval::{self, EvalError, Function};
 use crate::methods::{self, Entry};
 use crate::metrics::{Summary, summarise};
@@ -66,6 +67,31 @@ enum Command {
         #[arg(long, value_name = "DIR", default_value = "target/pareto")]
         out: PathBuf,
     },
+    /// Compares regulators on the same plant, noise, seeds and scenarios. Writes tables and pictures.
+    Compare(CompareArguments),
+}
+
+#[derive(Debug, Args)]
+struct CompareArguments {
+    /// Only this scenario.
+    #[arg(long, value_name = "NAME", value_parser = scenario)]
+    scenario: Option<compare::scenario::Scenario>,
+    /// Seeds of the sensors' errors: 1 to this.
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=1000))]
+    seeds: u64,
+    /// Prints JSON.
+    #[arg(long)]
+    json: bool,
+    /// Where tables and pictures go.
+    #[arg(long, value_name = "DIR", default_value = "target/compare")]
+    out: PathBuf,
+}
+
+fn scenario(name: &str) -> Result<compare::scenario::Scenario, String> {
+    compare::scenario::find(name).copied().ok_or_else(|| {
+        let known: Vec<_> = compare::scenario::ALL.iter().map(|scenario| scenario.name).collect();
+        format!("no scenario is named {name:?}; there are {}", known.join(", "))
+    })
 }
 
 #[derive(Debug, Args)]
@@ -184,6 +210,7 @@ fn execute(arguments: Arguments, on_elf: Option<OnElf>) -> u8 {
         }
         Some(Command::Pareto { plant: true, json, out }) => pareto_plant(json, &out),
         Some(Command::Pareto { plant: false, json, out }) => pareto_inverse(json, &out),
+        Some(Command::Compare(arguments)) => compare_regulators(&arguments),
     };
     match outcome {
         Ok(()) => 0,
@@ -359,6 +386,19 @@ fn pareto_plant(json: bool, out: &Path) -> Result<(), Failure> {
         ("plant-pareto.json", &data),
     ])?;
     print(&if json { data } else { pareto::plant::text(&report) })?;
+    Ok(())
+}
+
+fn compare_regulators(arguments: &CompareArguments) -> Result<(), Failure> {
+    let folder = Folder::prepare(&arguments.out).map_err(|error| Failure::Input(format!("{error:#}")))?;
+    let scenarios = arguments.scenario.map_or_else(|| compare::scenario::ALL.to_vec(), |one| vec![one]);
+    let trials = scenarios.len() * compare::contender::Kind::ALL.len() * arguments.seeds as usize;
+    let bar = crate::progress::bar(trials, "trials");
+    let report = compare::measure(&scenarios, arguments.seeds, || bar.inc(1))?;
+    bar.finish_and_clear();
+    let data = format!("{:#}\n", serde_json::to_value(&report).map_err(anyhow::Error::from)?);
+    folder.write(&[("compare.json", data.as_str())])?;
+    print(&if arguments.json { data } else { compare::text(&report) })?;
     Ok(())
 }
 

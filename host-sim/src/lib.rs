@@ -1,6 +1,7 @@
 //! The soft finger on a desk: the controller's core against a simulated plant, with reports.
 
 pub mod cli;
+pub mod compare;
 mod drawing;
 pub mod eval;
 pub mod mechanics;
