@@ -1,9 +1,9 @@
-//! The link under fuzzing. Under `cargo test` each test plays its corpus (`__fuzz__/TEST/corpus`), whatever crashed before
+//! The link under fuzzing. Under `cargo test` each test plays its corpus (`__fuzz__/link__TEST/corpus`), whatever crashed before
 //! (`crashes`), and a bounded number of random inputs; docs/testing.md says how to fuzz for longer.
 
+use crate::reference::{Read, framed, read};
+use crate::{seeds, session};
 use bolero::check;
-use finger_fuzz::reference::{Read, framed, read};
-use finger_fuzz::{seeds, session};
 use model_core::protocol::{Decoder, LinkCommand, MAX_FRAME, Report, Request, encode};
 use model_core::supervisor::fault::FaultSet;
 use serde::{Serialize, de::DeserializeOwned};
@@ -61,7 +61,9 @@ fn sessions() {
 }
 
 fn corpora() -> [(PathBuf, Vec<seeds::Seed>); 3] {
-    let folder = |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/__fuzz__").join(name).join("corpus");
+    let folder = |name: &str| {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("src/__fuzz__").join(format!("link__{name}")).join("corpus")
+    };
     [
         (folder("frames"), seeds::frames()),
         (folder("messages"), seeds::messages()),
@@ -69,7 +71,7 @@ fn corpora() -> [(PathBuf, Vec<seeds::Seed>); 3] {
     ]
 }
 
-/// `cargo test -p finger-fuzz --test link write_seeds -- --ignored`; what fuzzing found stays beside them.
+/// `cargo test -p finger-fuzz write_seeds -- --ignored`; what fuzzing found stays beside them.
 #[test]
 #[ignore = "writes the seeds into the corpora"]
 fn write_seeds() {
@@ -88,7 +90,7 @@ fn the_corpora_hold_the_seeds_and_reach_every_part() {
         for (file, bytes) in seeds {
             let path = folder.join(file);
             let stored = std::fs::read(&path).unwrap_or_default();
-            let write = "cargo test -p finger-fuzz --test link write_seeds -- --ignored";
+            let write = "cargo test -p finger-fuzz write_seeds -- --ignored";
             assert!(stored == bytes, "{}: not today's, run `{write}`", path.display());
         }
     }
