@@ -2,6 +2,7 @@
 //! reach every mode.
 
 use crate::reference::framed;
+use model_core::actuation::Segment;
 use model_core::protocol::{LinkCommand, MAX_FRAME, Request, SequenceName, encode};
 
 /// A seed's file name and bytes.
@@ -20,10 +21,12 @@ pub fn commands() -> Vec<(&'static str, LinkCommand)> {
         ("setpoints", LinkCommand::Setpoints([60 << 16, 30 << 16, 60 << 16])),
         ("setpoints-widest", LinkCommand::Setpoints([i32::MIN; 3])),
         ("zero-sensors", LinkCommand::ZeroSensors),
-        ("calibrate", LinkCommand::Calibrate { k: 0, c1: 232_121_178, c2: 5_630_601 }),
+        ("calibrate", LinkCommand::Calibrate { segment: Segment::Middle, k: 0, c1: 232_121_178, c2: 5_630_601 }),
         ("identify", LinkCommand::Identify),
         ("clear-fault", LinkCommand::ClearFault),
         ("beat", LinkCommand::Beat),
+        ("bends", LinkCommand::Bends([45 << 16, 30 << 16, 15 << 16])),
+        ("bends-widest", LinkCommand::Bends([i32::MIN; 3])),
     ]
 }
 

@@ -2,7 +2,7 @@
 //! lines that lie, and time. Every tick and every command is held to what the controller promises.
 
 use host_sim::plant::{Plant, PlantParameters, Scene};
-use model_core::actuation::Actuation;
+use model_core::actuation::{Actuation, Segment};
 use model_core::calibration;
 use model_core::controller::{Controller, Inputs, Mode, Outputs, PRESSURE_LIMIT, Reading};
 use model_core::protocol::{
@@ -77,9 +77,9 @@ pub fn play(bytes: &[u8]) -> Reached {
     let mut script = Script(bytes);
     let start = script.byte();
     let controller = if start & 1 == 1 {
-        Controller::with_self_test(calibration::DEFAULT)
+        Controller::with_self_test([calibration::DEFAULT; 3])
     } else {
-        Controller::new(calibration::DEFAULT)
+        Controller::new([calibration::DEFAULT; 3])
     };
     let mut session = Session {
         controller,
@@ -117,7 +117,7 @@ impl Session {
             // Within ±64 kPa.
             6 => {
                 let [k, c1, c2] = script.numbers(1 << 15);
-                LinkCommand::Calibrate { k, c1, c2 }
+                LinkCommand::Calibrate { segment: Segment::Distal, k, c1, c2 }
             }
             7 => LinkCommand::Identify,
             8 => LinkCommand::ClearFault,
