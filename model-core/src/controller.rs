@@ -1,17 +1,19 @@
 //! The controller: commands and sensor readings in, actuation and telemetry out, once a tick.
 
-use crate::actuation::{Actuation, PerSegment};
+use crate::actuation::{Actuation, PerSegment, Segment};
 use crate::inverse::pressure_from_bend;
 use crate::observer::{Observer, Pneumatics};
 use crate::regulator::Regulator;
-use crate::self_test::{Part, SelfTest, Verdict};
-use crate::sequence::Sequence;
+use crate::self_test::{SelfTest, Verdict};
 use crate::sequence::player::{Player, Reference};
+use crate::sequence::{Sequence, Target};
 use crate::supervisor::Supervisor;
+use crate::supervisor::fault::FaultSet;
 use crate::units::{Bend, Coefficients, Millis, Pressure};
 
 /// The highest setpoint: the end of the paper's working range.
 pub use crate::sequence::MAX_PRESSURE as PRESSURE_LIMIT;
+pub use crate::supervisor::fault::Fault;
 
 /// The largest zero error of the pressure sensor that is trimmed away: the ISE30A's repeatability, 0.2 % of 1000 kPa.
 pub const ZERO_LIMIT: Pressure = Pressure::from_kpa(2);
@@ -58,6 +60,7 @@ impl<T> Reading<T> {
 
 /// Everything the controller sees in one tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a line or an event of its own; together they are no state")]
 pub struct Inputs {
     /// Time since start.
     pub now: Millis,
@@ -69,6 +72,10 @@ pub struct Inputs {
     pub over_pressure_switch: bool,
     /// True while the emergency stop is pressed or its loop is broken.
     pub emergency_stop: bool,
+    /// A valid frame came from the host since the last tick. What a host drives by hand ends when it is silent.
+    pub host_heard: bool,
+    /// This tick came late, or a sample before it was lost.
+    pub overrun: bool,
 }
 
 #[cfg(test)]
@@ -80,6 +87,8 @@ impl Inputs {
         bend: Reading::Valid(Bend::ZERO),
         over_pressure_switch: false,
         emergency_stop: false,
+        host_heard: true,
+        overrun: false,
     };
 }
 
@@ -90,6 +99,8 @@ pub enum Command {
     Run(&'static Sequence),
     /// Goes to these gauge pressures at once, and holds them.
     Setpoints(PerSegment<Pressure>),
+    /// Goes to these bends of the segments at once, and holds them; 0..=110 degrees each.
+    Bends(PerSegment<Bend>),
     /// Vents the finger and ends whatever runs.
     Vent,
     /// Holds the running sequence where it is: its time stands still, its setpoints are kept.
@@ -98,8 +109,8 @@ pub enum Command {
     Resume,
     /// Takes what the sensors read now as zero; only vented, and only within [`ZERO_LIMIT`] and [`BEND_ZERO_LIMIT`].
     ZeroSensors,
-    /// Uses these coefficients; only vented.
-    Calibrate(Coefficients),
+    /// Uses these coefficients for this segment; only vented.
+    Calibrate(Segment, Coefficients),
     /// Clears a latched fault whose cause is gone.
     ClearFault,
 }
@@ -109,7 +120,7 @@ pub enum Command {
 pub enum Rejection {
     /// A fault is latched: clear it first.
     Faulted,
-    /// A setpoint lies outside 0..=150 kPa.
+    /// A setpoint lies outside 0..=150 kPa or 0..=110 degrees.
     SetpointOutOfLimits,
     /// The fault's cause is still there.
     CauseStillPresent,
@@ -125,54 +136,6 @@ pub enum Rejection {
     ZeroOutOfLimits,
     /// The power-on self test runs; wait for its end.
     SelfTesting,
-}
-
-/// Why the supervisor vented the finger.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fault {
-    /// The manifold's pressure is above the limit.
-    OverPressure,
-    /// The pressure switch closed.
-    OverPressureSwitch,
-    /// The pressure sensor is below its electrical range.
-    PressureSensorBelowRange,
-    /// The pressure sensor is above its electrical range.
-    PressureSensorAboveRange,
-    /// The emergency stop was pressed.
-    EmergencyStop,
-    /// The power-on self test failed: this does not respond.
-    SelfTest(Part),
-}
-
-impl Fault {
-    /// Every fault but the self test's.
-    pub const ELECTRICAL: [Self; 5] = [
-        Self::OverPressure,
-        Self::OverPressureSwitch,
-        Self::PressureSensorBelowRange,
-        Self::PressureSensorAboveRange,
-        Self::EmergencyStop,
-    ];
-
-    /// The fault with this number.
-    #[must_use]
-    pub fn from_code(code: u8) -> Option<Self> {
-        let parts = Part::ALL.into_iter().map(Self::SelfTest);
-        Self::ELECTRICAL.into_iter().chain(parts).find(|fault| fault.code() == code)
-    }
-
-    /// A number that stays the same from version to version.
-    #[must_use]
-    pub const fn code(self) -> u8 {
-        match self {
-            Self::OverPressure => 0,
-            Self::OverPressureSwitch => 1,
-            Self::PressureSensorBelowRange => 2,
-            Self::PressureSensorAboveRange => 3,
-            Self::EmergencyStop => 4,
-            Self::SelfTest(part) => 16 + part.code(),
-        }
-    }
 }
 
 /// What the controller is doing.
@@ -199,6 +162,8 @@ pub struct Outputs {
     pub actuation: Actuation,
     /// What the controller is doing.
     pub mode: Mode,
+    /// Every fault that is latched, those that do not vent too.
+    pub faults: FaultSet,
     /// The reference each chamber should have now (ramps included); zero when vented.
     pub setpoints: PerSegment<Pressure>,
     /// The estimated gauge pressure of each chamber.
@@ -218,7 +183,7 @@ pub struct Outputs {
 /// The whole of the controller's state.
 #[derive(Clone, Debug)]
 pub struct Controller {
-    coefficients: Coefficients,
+    coefficients: PerSegment<Coefficients>,
     reference: Source,
     /// The sequence's reference of the last tick.
     last: Reference,
@@ -239,7 +204,7 @@ pub struct Controller {
 #[derive(Clone, Debug)]
 enum Source {
     Vented,
-    Manual(PerSegment<Pressure>),
+    Manual(Target),
     Sequence(Player),
     Paused(Player, Reference),
 }
@@ -247,17 +212,17 @@ enum Source {
 impl Controller {
     /// Starts vented, with the nominal pneumatics.
     #[must_use]
-    pub const fn new(coefficients: Coefficients) -> Self {
+    pub const fn new(coefficients: PerSegment<Coefficients>) -> Self {
         Self::with_pneumatics(coefficients, Pneumatics::NOMINAL)
     }
 
     /// Starts vented, with other pneumatics.
     #[must_use]
-    pub const fn with_pneumatics(coefficients: Coefficients, pneumatics: Pneumatics) -> Self {
+    pub const fn with_pneumatics(coefficients: PerSegment<Coefficients>, pneumatics: Pneumatics) -> Self {
         Self {
             coefficients,
             reference: Source::Vented,
-            last: Reference { setpoints: [Pressure::ZERO; 3], step: 0, repeat: 0, holding: false, finished: false },
+            last: Reference { target: Target::REST, step: 0, repeat: 0, holding: false, finished: false },
             observer: Observer::new(pneumatics),
             regulator: Regulator::new(),
             supervisor: Supervisor::new(),
@@ -271,7 +236,7 @@ impl Controller {
 
     /// Starts with the power-on self test, and is vented and ready when that has passed.
     #[must_use]
-    pub const fn with_self_test(coefficients: Coefficients) -> Self {
+    pub const fn with_self_test(coefficients: PerSegment<Coefficients>) -> Self {
         let mut controller = Self::new(coefficients);
         controller.self_test = Some(SelfTest::new());
         controller
@@ -279,7 +244,7 @@ impl Controller {
 
     /// The calibration in use.
     #[must_use]
-    pub const fn coefficients(&self) -> Coefficients {
+    pub const fn coefficients(&self) -> PerSegment<Coefficients> {
         self.coefficients
     }
 
@@ -301,6 +266,11 @@ impl Controller {
         self.bend_zero = if bend.abs() <= BEND_ZERO_LIMIT { bend } else { Bend::ZERO };
     }
 
+    /// Latches a fault that the start-up code knows of: a restart by the watchdog, a power dip, damaged settings.
+    pub const fn report(&mut self, fault: Fault) {
+        self.supervisor.latch(fault);
+    }
+
     /// Takes a command.
     ///
     /// # Errors
@@ -313,9 +283,14 @@ impl Controller {
                 return self.supervisor.clear(&inputs);
             }
             Command::ZeroSensors => return self.zero_sensors(),
-            Command::Calibrate(coefficients) => {
+            Command::Calibrate(segment, coefficients) => {
                 self.require_vented()?;
-                self.coefficients = coefficients;
+                let [proximal, middle, distal] = &mut self.coefficients;
+                *match segment {
+                    Segment::Proximal => proximal,
+                    Segment::Middle => middle,
+                    Segment::Distal => distal,
+                } = coefficients;
                 return Ok(());
             }
             Command::Pause => {
@@ -326,20 +301,22 @@ impl Controller {
                 let Source::Paused(player, _) = &self.reference else { return Err(Rejection::NotPaused) };
                 Source::Sequence(player.clone())
             }
-            Command::Run(_) | Command::Setpoints(_) if self.supervisor.fault().is_some() => {
+            Command::Run(_) | Command::Setpoints(_) | Command::Bends(_) if self.supervisor.fault().is_some() => {
                 return Err(Rejection::Faulted);
             }
-            Command::Run(_) | Command::Setpoints(_) if self.self_test.is_some() => return Err(Rejection::SelfTesting),
-            Command::Run(sequence) => Source::Sequence(Player::start(sequence)),
-            Command::Setpoints(setpoints) => {
-                if setpoints.iter().any(|&setpoint| setpoint < Pressure::ZERO || setpoint > PRESSURE_LIMIT) {
-                    return Err(Rejection::SetpointOutOfLimits);
-                }
-                Source::Manual(setpoints)
+            Command::Run(_) | Command::Setpoints(_) | Command::Bends(_) if self.self_test.is_some() => {
+                return Err(Rejection::SelfTesting);
             }
+            Command::Run(sequence) => Source::Sequence(Player::start(sequence)),
+            Command::Setpoints(setpoints) => Self::manual(Target::Pressure(setpoints))?,
+            Command::Bends(bends) => Self::manual(Target::Bend(bends))?,
         };
         self.reference = next;
         Ok(())
+    }
+
+    fn manual(target: Target) -> Result<Source, Rejection> {
+        if target.within_limits() { Ok(Source::Manual(target)) } else { Err(Rejection::SetpointOutOfLimits) }
     }
 
     fn require_vented(&self) -> Result<(), Rejection> {
@@ -395,6 +372,7 @@ impl Controller {
         };
         self.observer.commanded(&outputs.actuation);
         self.follow_zero(inputs.manifold, outputs.actuation);
+        outputs.faults = self.supervisor.faults();
         outputs.estimates = self.observer.chambers();
         outputs.manifold = inputs.manifold.map(|pressure| pressure - self.zero);
         outputs.bend = inputs.bend.map(|bend| bend - self.bend_zero);
@@ -443,6 +421,7 @@ impl Controller {
         let mut outputs = Outputs {
             actuation: Actuation::SAFE,
             mode: Mode::Vented,
+            faults: FaultSet::EMPTY,
             setpoints: [Pressure::ZERO; 3],
             estimates: [Pressure::ZERO; 3],
             step: 0,
@@ -453,17 +432,17 @@ impl Controller {
         };
         match &mut self.reference {
             Source::Vented => {}
-            Source::Manual(setpoints) => {
-                (outputs.mode, outputs.setpoints, outputs.holding) = (Mode::Holding, *setpoints, true);
+            Source::Manual(target) => {
+                (outputs.mode, outputs.holding) = (Mode::Holding, true);
+                outputs.setpoints = pressures(&self.coefficients, target);
             }
             Source::Paused(_, last) => {
-                (outputs.mode, outputs.setpoints) = (Mode::Paused, last.setpoints);
+                outputs.mode = Mode::Paused;
+                outputs.setpoints = pressures(&self.coefficients, &last.target);
                 (outputs.step, outputs.repeat) = (last.step, last.repeat);
             }
             Source::Sequence(player) => {
-                let coefficients = self.coefficients;
-                let reference = player
-                    .advance(|bend| pressure_from_bend(&coefficients, bend).clamp(Pressure::ZERO, PRESSURE_LIMIT));
+                let reference = player.advance();
                 self.last = reference;
                 if reference.finished {
                     self.reference = Source::Vented;
@@ -471,7 +450,7 @@ impl Controller {
                 }
                 outputs = Outputs {
                     mode: Mode::Running,
-                    setpoints: reference.setpoints,
+                    setpoints: pressures(&self.coefficients, &reference.target),
                     step: reference.step,
                     repeat: reference.repeat,
                     holding: reference.holding,
@@ -480,6 +459,18 @@ impl Controller {
             }
         }
         outputs
+    }
+}
+
+/// The gauge pressures that a target asks for.
+fn pressures(coefficients: &PerSegment<Coefficients>, target: &Target) -> PerSegment<Pressure> {
+    match *target {
+        Target::Pressure(setpoints) => setpoints,
+        Target::Bend([p, m, d]) => {
+            let [of_p, of_m, of_d] = coefficients;
+            [(of_p, p), (of_m, m), (of_d, d)]
+                .map(|(own, bend)| pressure_from_bend(own, bend).clamp(Pressure::ZERO, PRESSURE_LIMIT))
+        }
     }
 }
 
@@ -500,7 +491,7 @@ mod tests {
 
     #[test]
     fn a_pause_keeps_setpoints_and_time() {
-        let mut controller = Controller::new(calibration::DEFAULT);
+        let mut controller = Controller::new([calibration::DEFAULT; 3]);
         assert_eq!(controller.command(Command::Pause), Err(Rejection::NotRunning));
         let sequence = library::find("all").expect("built in");
         controller.command(Command::Run(sequence)).expect("taken");
@@ -522,7 +513,7 @@ mod tests {
 
     #[test]
     fn zeros_are_taken_vented_and_within_their_limits() {
-        let mut controller = Controller::new(calibration::DEFAULT);
+        let mut controller = Controller::new([calibration::DEFAULT; 3]);
         assert_eq!(controller.command(Command::ZeroSensors), Err(Rejection::ZeroOutOfLimits));
         let off = Inputs {
             manifold: Reading::Valid(Pressure::from_milli_kpa(1500)),
@@ -545,6 +536,9 @@ mod tests {
         controller.step(&CALM);
         controller.command(Command::Setpoints([Pressure::from_kpa(10); 3])).expect("taken");
         assert_eq!(controller.command(Command::ZeroSensors), Err(Rejection::NotVented));
-        assert_eq!(controller.command(Command::Calibrate(calibration::DEFAULT)), Err(Rejection::NotVented));
+        assert_eq!(
+            controller.command(Command::Calibrate(Segment::Distal, calibration::DEFAULT)),
+            Err(Rejection::NotVented)
+        );
     }
 }

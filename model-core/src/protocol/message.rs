@@ -2,7 +2,7 @@
 //!
 //! Pressures are in 2^-16 kPa, bends in 2^-16 degree, coefficients in 2^-24 kPa, as [`crate::units`] keep them.
 
-use crate::actuation::{Actuation, Passage};
+use crate::actuation::{Actuation, Passage, Segment};
 use crate::controller::{Fault, Mode, Rejection};
 use serde::{Deserialize, Serialize};
 
@@ -33,8 +33,10 @@ pub enum LinkCommand {
     Setpoints([i32; 3]),
     /// Takes what the sensors read now, vented, as zero.
     ZeroSensors,
-    /// Uses these coefficients (2^-24 kPa) from now on.
+    /// Uses these coefficients (2^-24 kPa) for one segment from now on.
     Calibrate {
+        /// Whose.
+        segment: Segment,
         /// Linear bending stiffness, 0..=60 kPa.
         k: i32,
         /// First Yeoh coefficient, 5..=40 kPa.
@@ -46,6 +48,10 @@ pub enum LinkCommand {
     Identify,
     /// Clears a latched fault whose cause is gone.
     ClearFault,
+    /// Says that the host is there, and nothing else.
+    Beat,
+    /// Goes to these bends of the segments at once (2^-16 degree, 0..=110 degrees) and holds them.
+    Bends([i32; 3]),
 }
 
 /// Device to host.
@@ -82,8 +88,8 @@ pub struct Identity {
     pub serial: [u32; 3],
     /// Why the device last started.
     pub reset_cause: ResetCause,
-    /// k, c1, c2 in use, 2^-24 kPa.
-    pub coefficients: [i32; 3],
+    /// k, c1, c2 in use for each segment, 2^-24 kPa.
+    pub coefficients: [[i32; 3]; 3],
     /// What the pressure sensor reads at atmosphere, 2^-16 kPa.
     pub pressure_zero: i32,
     /// What the bend sensor reads at rest, 2^-16 degree.
@@ -116,7 +122,7 @@ pub enum Reason {
     UnknownSequence,
     /// A fault is latched: clear it first.
     Faulted,
-    /// A setpoint lies outside 0..=150 kPa.
+    /// A setpoint lies outside 0..=150 kPa or 0..=110 degrees.
     SetpointOutOfLimits,
     /// A coefficient lies outside its range.
     CoefficientOutOfLimits,
@@ -206,6 +212,10 @@ pub struct Telemetry {
     pub tick: u32,
     /// What the device is doing.
     pub mode: LinkMode,
+    /// Every latched fault: the bit with the number of its code ([`crate::supervisor::fault::FaultSet`]).
+    pub faults: u64,
+    /// The most urgent one's priority: 0 no fault, 1 low, 2 medium, 3 high.
+    pub priority: u8,
     /// Reference of each chamber, 2^-16 kPa.
     pub setpoints: [i32; 3],
     /// Estimated pressure of each chamber, 2^-16 kPa.
@@ -261,7 +271,7 @@ mod tests {
     #[test]
     fn every_mode_and_fault_comes_back_and_no_other_code_is_one() {
         let known: Vec<u8> = (0..=u8::MAX).filter(|&code| Fault::from_code(code).is_some()).collect();
-        assert_eq!(known, (0..5).chain(16..26).collect::<Vec<_>>());
+        assert_eq!(known, [0..9, 16..26, 32..44, 48..50, 56..63].into_iter().flatten().collect::<Vec<_>>());
         let faults = known.into_iter().map(LinkMode::Faulted);
         let plain = [LinkMode::Vented, LinkMode::SelfTest, LinkMode::Running, LinkMode::Holding, LinkMode::Paused];
         for told in plain.into_iter().chain(faults) {

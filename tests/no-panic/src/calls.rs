@@ -14,12 +14,14 @@ use model_core::division;
 use model_core::inverse::{self, Tabulated};
 use model_core::observer::{DeadTicks, Observer, Pneumatics};
 use model_core::protocol::frame::{self, Decoder, MAX_FRAME};
-use model_core::protocol::message::{self, LinkMode, Reason, Request};
+use model_core::protocol::handler;
+use model_core::protocol::message::{self, LinkCommand, LinkMode, Reason, Request};
 use model_core::regulator::Regulator;
 use model_core::self_test::{Part, SelfTest};
 use model_core::sequence::player::Player;
-use model_core::sequence::{Sequence, Step, library};
+use model_core::sequence::{Sequence, Step, Target, library};
 use model_core::supervisor::Supervisor;
+use model_core::supervisor::fault::{FaultSet, Priority};
 use model_core::units::{Bend, Coefficients, Millis, Pressure};
 
 /// A value of which the compiler knows only the type: nothing that depends on it is folded away.
@@ -41,6 +43,8 @@ pub const INPUTS: Inputs = Inputs {
     bend: Reading::Valid(Bend::ZERO),
     over_pressure_switch: false,
     emergency_stop: false,
+    host_heard: true,
+    overrun: false,
 };
 /// Everything.
 pub fn all() {
@@ -55,6 +59,7 @@ pub fn all() {
     observer();
     pneumatics();
     regulator();
+    requests();
     self_test();
     sequences();
     players();
@@ -80,18 +85,20 @@ fn actuation() {
 }
 
 fn any_controller() -> Controller {
-    any(Controller::new(any(calibration::DEFAULT)))
+    any(Controller::new(any([calibration::DEFAULT; 3])))
 }
 
 #[inline(never)]
 fn controller() {
     let mut controller = any_controller();
-    consume(Controller::with_self_test(any(calibration::DEFAULT)));
-    consume(Controller::with_pneumatics(any(calibration::DEFAULT), any(Pneumatics::NOMINAL)));
+    consume(Controller::with_self_test(any([calibration::DEFAULT; 3])));
+    consume(Controller::with_pneumatics(any([calibration::DEFAULT; 3]), any(Pneumatics::NOMINAL)));
     consume(Controller::coefficients(&controller));
     consume(Controller::pressure_zero(&controller));
     consume(Controller::bend_zero(&controller));
     Controller::restore_zeros(&mut controller, any(Pressure::ZERO), any(Bend::ZERO));
+    let mut controller = any(controller);
+    Controller::report(&mut controller, any(Fault::TaskHang));
     let mut controller = any(controller);
     consume(Controller::step(&mut controller, &any(INPUTS)));
     consume(controller);
@@ -110,7 +117,8 @@ fn control_commands() {
         Command::Pause,
         Command::Resume,
         Command::ZeroSensors,
-        Command::Calibrate(calibration::DEFAULT),
+        Command::Calibrate(Segment::Distal, calibration::DEFAULT),
+        Command::Bends([Bend::ZERO; 3]),
         Command::ClearFault,
     ]) {
         consume(Controller::command(&mut controller, command));
@@ -127,6 +135,24 @@ fn division() {
 fn faults() {
     consume(Fault::from_code(any(0)));
     consume(Fault::code(any(Fault::OverPressure)));
+    consume(Fault::priority(any(Fault::OverPressure)));
+    consume(Fault::action(any(Fault::OverPressure)));
+    consume(Fault::clearing(any(Fault::OverPressure)));
+    consume(Priority::name(any(Priority::Low)));
+    let mut set = any(FaultSet::of(any(Fault::OverPressure)));
+    FaultSet::insert(&mut set, any(Fault::OverPressure));
+    let set = any(set);
+    consume(FaultSet::from_bits(any(FaultSet::bits(set))));
+    consume(FaultSet::contains(set, any(Fault::OverPressure)));
+    consume(FaultSet::intersects(set, any(FaultSet::VENTING)));
+    consume(FaultSet::union(set, any(FaultSet::VENTING)));
+    consume(FaultSet::without(set, any(FaultSet::VENTING)));
+    consume(FaultSet::is_empty(set));
+    consume(FaultSet::priority(set));
+    for fault in FaultSet::iter(set) {
+        consume(fault);
+    }
+    consume(<FaultSet as Default>::default());
 }
 
 #[inline(never)]
@@ -139,6 +165,13 @@ fn frames() {
     let mut buffer = any([0; MAX_FRAME]);
     consume(frame::encode(&any(LinkMode::Vented), any(buffer.as_mut_slice())));
     consume(buffer);
+}
+
+#[inline(never)]
+fn requests() {
+    let mut controller = any_controller();
+    consume(handler::handle(&mut controller, &any(LinkCommand::Pause)));
+    consume(controller);
 }
 
 #[inline(never)]
@@ -226,13 +259,15 @@ fn sequences() {
     consume(Sequence::repeats(any(&SEQUENCE)));
     consume(Sequence::duration(any(&SEQUENCE)));
     consume(library::find(any("sample")));
+    consume(Target::at_rest(&any(Target::REST)));
+    consume(Target::within_limits(&any(Target::REST)));
 }
 
 #[inline(never)]
 fn players() {
     let mut player = any(Player::start(any(&SEQUENCE)));
     consume(Player::sequence(&player));
-    consume(Player::advance(&mut player, any::<fn(Bend) -> Pressure>(|bend| Pressure::from_bits(Bend::to_bits(bend)))));
+    consume(Player::advance(&mut player));
     consume(player);
 }
 
@@ -244,6 +279,7 @@ fn supervisor() {
     Supervisor::latch(&mut supervisor, any(Fault::OverPressure));
     let mut supervisor = any(supervisor);
     consume(Supervisor::clear(&mut supervisor, &any(INPUTS)));
+    consume(Supervisor::faults(&supervisor));
     consume(Supervisor::fault(&any(supervisor)));
     consume(<Supervisor as Default>::default());
 }

@@ -11,6 +11,7 @@ use model_core::controller::{Command, Controller, Fault, Inputs, Mode, Outputs, 
 use model_core::inverse::Tabulated;
 use model_core::observer::{DeadTicks, Observer, Pneumatics};
 use model_core::protocol::frame::{self, Decoder, FrameError, MAX_FRAME};
+use model_core::protocol::handler::Effect;
 use model_core::protocol::message::{
     Identity, LinkCommand, LinkMode, Reason, Report, Request, ResetCause, SequenceName, Telemetry,
 };
@@ -19,6 +20,7 @@ use model_core::self_test::{Part, SelfTest, Verdict};
 use model_core::sequence::player::{Player, Reference};
 use model_core::sequence::{Sequence, SequenceError, Step, Target};
 use model_core::supervisor::Supervisor;
+use model_core::supervisor::fault::{Action, Clearing, FaultSet, Priority, Row};
 use model_core::units::{Bend, CoefficientError, Coefficients, Millis, Pressure};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -92,7 +94,7 @@ fn plain<T: Clone + PartialEq>(value: &T) {
 }
 
 fn actuation() {
-    plain::<Segment>(&Segment::Middle);
+    message::<Segment>(&Segment::Middle);
     ordered::<Segment>(&Segment::Middle);
     plain::<Passage>(&Passage::Open);
     plain::<Actuation>(&Actuation::SAFE);
@@ -104,12 +106,19 @@ fn controller() {
     cloned::<Command>(&Command::Run(&SEQUENCE));
     plain::<Rejection>(&Rejection::Faulted);
     plain::<Fault>(&Fault::OverPressure);
+    plain::<FaultSet>(&FaultSet::VENTING);
+    plain::<Priority>(&Priority::Low);
+    ordered::<Priority>(&Priority::Low);
+    plain::<Action>(&Action::Vent);
+    plain::<Clearing>(&Clearing::Command);
+    cloned::<Row>(&model_core::supervisor::table::TABLE[0]);
     plain::<Mode>(&Mode::Vented);
-    plain::<Outputs>(&any(Controller::new(calibration::DEFAULT)).step(&any(INPUTS)));
+    plain::<Effect>(&Effect::Nothing);
+    plain::<Outputs>(&any(Controller::new([calibration::DEFAULT; 3])).step(&any(INPUTS)));
 }
 
 fn states() {
-    let controller = Controller::new(calibration::DEFAULT);
+    let controller = Controller::new([calibration::DEFAULT; 3]);
     cloned::<Controller>(&controller);
     cloned::<Tabulated>(&Tabulated::new(&calibration::DEFAULT));
     let observer = Observer::new(Pneumatics::NOMINAL);
@@ -154,7 +163,7 @@ fn sequences() {
     plain::<SequenceError>(&SequenceError::Name);
     let player = Player::start(&SEQUENCE);
     cloned::<Player>(&player);
-    plain::<Reference>(&Reference { setpoints: PRESSURES, step: 0, repeat: 0, holding: false, finished: false });
+    plain::<Reference>(&Reference { target: step.target, step: 0, repeat: 0, holding: false, finished: false });
 }
 
 fn units() {
@@ -178,7 +187,7 @@ fn identity() -> Identity {
         firmware: any(String::new()),
         serial: [0; 3],
         reset_cause: ResetCause::Pin,
-        coefficients: [0; 3],
+        coefficients: [[0; 3]; 3],
         pressure_zero: 0,
         bend_zero: 0,
         sequences: 0,
@@ -188,6 +197,8 @@ fn identity() -> Identity {
 const TELEMETRY: Telemetry = Telemetry {
     tick: 0,
     mode: LinkMode::Vented,
+    faults: 0,
+    priority: 0,
     setpoints: [0; 3],
     estimates: [0; 3],
     manifold: None,
