@@ -147,6 +147,9 @@ fn answer(controller: &mut Controller, store: &mut SettingsStore, request: Reque
     let id = request.id;
     let report = match take(controller, store, &request.command) {
         Ok(()) if request.command == LinkCommand::Identify => Report::Identity(identity(controller, id)),
+        Ok(()) if request.command == LinkCommand::Identification => {
+            Report::Identification { id, segments: controller.identified().map(Into::into) }
+        }
         Ok(()) => Report::Ack { id },
         Err(reason) => Report::Nack { id, reason },
     };
@@ -156,7 +159,8 @@ fn answer(controller: &mut Controller, store: &mut SettingsStore, request: Reque
 
 fn take(controller: &mut Controller, store: &mut SettingsStore, command: &LinkCommand) -> Result<(), Reason> {
     let command = match command {
-        LinkCommand::Identify | LinkCommand::Beat => return Ok(()),
+        LinkCommand::Identify | LinkCommand::Identification | LinkCommand::Beat => return Ok(()),
+        LinkCommand::AdoptIdentified => Command::AdoptIdentified,
         LinkCommand::Run(name) => Command::Run(library::find(name).ok_or(Reason::UnknownSequence)?),
         LinkCommand::Pause => Command::Pause,
         LinkCommand::Resume => Command::Resume,
@@ -170,7 +174,7 @@ fn take(controller: &mut Controller, store: &mut SettingsStore, command: &LinkCo
         }
         LinkCommand::ClearFault => Command::ClearFault,
     };
-    let changes_settings = matches!(command, Command::ZeroSensors | Command::Calibrate(..));
+    let changes_settings = matches!(command, Command::ZeroSensors | Command::Calibrate(..) | Command::AdoptIdentified);
     controller.command(command).map_err(Reason::from)?;
     if changes_settings { save(controller, store) } else { Ok(()) }
 }
