@@ -13,9 +13,9 @@ use fixed::types::I8F24;
 use model_core::actuation::PerSegment;
 use model_core::calibration;
 use model_core::controller::{Command, Controller, Inputs, Mode, Outputs, Reading};
-use model_core::protocol::{Identity, LinkCommand, Reason, Report, Request};
+use model_core::protocol::{Effect, Identity, LinkCommand, Reason, Report, Request, handle};
 use model_core::sequence::library;
-use model_core::units::{Bend, Coefficients, Millis, Pressure};
+use model_core::units::{Coefficients, Millis};
 
 /// A sample that is this late is missing: the core is told that its sensors fail, and vents after its own time.
 const LATE: Duration = Duration::from_millis(3);
@@ -145,38 +145,20 @@ fn show(panel: &mut Panel, mode: Mode) {
 
 fn answer(controller: &mut Controller, store: &mut SettingsStore, request: Request) {
     let id = request.id;
-    let report = match take(controller, store, &request.command) {
-        Ok(()) if request.command == LinkCommand::Identify => Report::Identity(identity(controller, id)),
-        Ok(()) if request.command == LinkCommand::Identification => {
+    let report = match handle(controller, &request.command) {
+        Ok(Effect::IdentityAsked) => Report::Identity(identity(controller, id)),
+        Ok(Effect::IdentificationAsked) => {
             Report::Identification { id, segments: controller.identified().map(Into::into) }
         }
-        Ok(()) => Report::Ack { id },
+        Ok(Effect::Nothing) => Report::Ack { id },
+        Ok(Effect::SettingsChanged) => match save(controller, store) {
+            Ok(()) => Report::Ack { id },
+            Err(reason) => Report::Nack { id, reason },
+        },
         Err(reason) => Report::Nack { id, reason },
     };
     // A full queue means that the host does not read: it asks again.
     let _ = link::ANSWERS.try_send(report);
-}
-
-fn take(controller: &mut Controller, store: &mut SettingsStore, command: &LinkCommand) -> Result<(), Reason> {
-    let command = match command {
-        LinkCommand::Identify | LinkCommand::Identification | LinkCommand::Beat => return Ok(()),
-        LinkCommand::AdoptIdentified => Command::AdoptIdentified,
-        LinkCommand::Run(name) => Command::Run(library::find(name).ok_or(Reason::UnknownSequence)?),
-        LinkCommand::Pause => Command::Pause,
-        LinkCommand::Resume => Command::Resume,
-        LinkCommand::Vent => Command::Vent,
-        LinkCommand::Setpoints(bits) => Command::Setpoints(bits.map(Pressure::from_bits)),
-        LinkCommand::ZeroSensors => Command::ZeroSensors,
-        LinkCommand::Bends(bits) => Command::Bends(bits.map(Bend::from_bits)),
-        LinkCommand::Calibrate { segment, k, c1, c2 } => {
-            let [k, c1, c2] = [*k, *c1, *c2].map(I8F24::from_bits);
-            Command::Calibrate(*segment, Coefficients::new(k, c1, c2).map_err(|_| Reason::CoefficientOutOfLimits)?)
-        }
-        LinkCommand::ClearFault => Command::ClearFault,
-    };
-    let changes_settings = matches!(command, Command::ZeroSensors | Command::Calibrate(..) | Command::AdoptIdentified);
-    controller.command(command).map_err(Reason::from)?;
-    if changes_settings { save(controller, store) } else { Ok(()) }
 }
 
 /// With what was stored, or from the defaults.

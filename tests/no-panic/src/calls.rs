@@ -16,7 +16,8 @@ use model_core::identification::Identified;
 use model_core::inverse::{self, Tabulated};
 use model_core::observer::{DeadTicks, Observer, Pneumatics};
 use model_core::protocol::frame::{self, Decoder, MAX_FRAME};
-use model_core::protocol::message::{self, IdentifiedSegment, LinkMode, Reason, Request};
+use model_core::protocol::handler;
+use model_core::protocol::message::{self, IdentifiedSegment, LinkCommand, LinkMode, Reason, Request};
 use model_core::regulator::Regulator;
 use model_core::self_test::{Part, SelfTest};
 use model_core::sequence::player::Player;
@@ -68,6 +69,7 @@ pub fn all() {
     observer();
     pneumatics();
     regulator();
+    requests();
     self_test();
     sequences();
     players();
@@ -177,6 +179,13 @@ fn frames() {
     let mut buffer = any([0; MAX_FRAME]);
     consume(frame::encode(&any(LinkMode::Vented), any(buffer.as_mut_slice())));
     consume(buffer);
+}
+
+#[inline(never)]
+fn requests() {
+    let mut controller = any_controller();
+    consume(handler::handle(&mut controller, &any(LinkCommand::Pause)));
+    consume(controller);
 }
 
 #[inline(never)]

@@ -13,6 +13,7 @@ use model_core::identification::Identified;
 use model_core::inverse::Tabulated;
 use model_core::observer::{DeadTicks, Observer, Pneumatics};
 use model_core::protocol::frame::{self, Decoder, FrameError, MAX_FRAME};
+use model_core::protocol::handler::Effect;
 use model_core::protocol::message::{
     IdentifiedSegment, Identity, LinkCommand, LinkMode, Reason, Report, Request, ResetCause, SequenceName, Telemetry,
 };
@@ -114,6 +115,7 @@ fn controller() {
     plain::<Clearing>(&Clearing::Command);
     cloned::<Row>(&model_core::supervisor::table::TABLE[0]);
     plain::<Mode>(&Mode::Vented);
+    plain::<Effect>(&Effect::Nothing);
     plain::<Outputs>(&any(Controller::new([calibration::DEFAULT; 3])).step(&any(INPUTS)));
 }
 
