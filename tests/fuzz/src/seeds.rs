@@ -27,6 +27,8 @@ pub fn commands() -> Vec<(&'static str, LinkCommand)> {
         ("beat", LinkCommand::Beat),
         ("bends", LinkCommand::Bends([45 << 16, 30 << 16, 15 << 16])),
         ("bends-widest", LinkCommand::Bends([i32::MIN; 3])),
+        ("identification", LinkCommand::Identification),
+        ("adopt-identified", LinkCommand::AdoptIdentified),
     ]
 }
 

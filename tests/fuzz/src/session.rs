@@ -172,7 +172,10 @@ impl Session {
         match answer {
             Ok(effect) => {
                 self.reached.taken += 1;
-                let stores = matches!(command, LinkCommand::ZeroSensors | LinkCommand::Calibrate { .. });
+                let stores = matches!(
+                    command,
+                    LinkCommand::ZeroSensors | LinkCommand::Calibrate { .. } | LinkCommand::AdoptIdentified
+                );
                 assert_eq!(effect == Effect::SettingsChanged, stores);
                 assert_eq!(effect == Effect::IdentityAsked, *command == LinkCommand::Identify);
                 let starts = matches!(command, LinkCommand::Run(_) | LinkCommand::Setpoints(_));
@@ -185,7 +188,10 @@ impl Session {
                 self.cleared |= *command == LinkCommand::ClearFault;
             }
             Err(reason) => {
-                let unconditional = matches!(command, LinkCommand::Vent | LinkCommand::Identify | LinkCommand::Beat);
+                let unconditional = matches!(
+                    command,
+                    LinkCommand::Vent | LinkCommand::Identify | LinkCommand::Identification | LinkCommand::Beat
+                );
                 assert!(!unconditional, "{command:?}: {reason:?}");
                 assert_ne!(reason, Reason::StorageFailed);
                 let same = format!("{before:?}") == format!("{:?}", self.controller);
