@@ -10,6 +10,7 @@ use embassy_stm32::gpio::{Input, Output};
 use embassy_time::{Duration, with_timeout};
 use finger_drivers::settings::{Settings, Store};
 use fixed::types::I8F24;
+use model_core::actuation::PerSegment;
 use model_core::calibration;
 use model_core::controller::{Command, Controller, Inputs, Mode, Outputs, Reading};
 use model_core::protocol::{Effect, Identity, LinkCommand, Reason, Report, Request, handle};
@@ -28,7 +29,7 @@ const DEBOUNCE_TICKS: u8 = 30;
 pub struct Snapshot {
     pub at: Millis,
     pub outputs: Outputs,
-    pub coefficients: Coefficients,
+    pub coefficients: PerSegment<Coefficients>,
     pub overruns: u16,
     pub tick_cycles: u32,
     pub worst_tick_cycles: u32,
@@ -161,7 +162,7 @@ fn answer(controller: &mut Controller, store: &mut SettingsStore, request: Reque
 fn restore(store: &mut SettingsStore) -> Controller {
     let Some(settings) = store.load() else {
         defmt::info!("no settings stored: defaults");
-        return Controller::with_self_test(calibration::DEFAULT);
+        return Controller::with_self_test([calibration::DEFAULT; 3]);
     };
     let mut controller = Controller::with_self_test(settings.coefficients);
     controller.restore_zeros(settings.pressure_zero, settings.bend_zero);
@@ -197,7 +198,7 @@ fn identity(controller: &Controller, id: u16) -> Identity {
         firmware: heapless::String::try_from(env!("CARGO_PKG_VERSION")).unwrap_or_default(),
         serial: [word(0), word(4), word(8)],
         reset_cause: crate::reset::cause(),
-        coefficients: [coefficients.k(), coefficients.c1(), coefficients.c2()].map(I8F24::to_bits),
+        coefficients: coefficients.map(|own| [own.k(), own.c1(), own.c2()].map(I8F24::to_bits)),
         pressure_zero: controller.pressure_zero().to_bits(),
         bend_zero: controller.bend_zero().to_bits(),
         sequences: library::ALL.len() as u8,

@@ -79,6 +79,10 @@ struct CompareArguments {
     /// Seeds of the sensors' errors: 1 to this.
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=1000))]
     seeds: u64,
+    /// Tunes the peers instead, with so many candidates each, and prints what it found.
+    #[arg(long, value_name = "CANDIDATES", num_args = 0..=1, default_missing_value = "400", conflicts_with_all = ["scenario", "seeds"])]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    tune: Option<u32>,
     /// Prints JSON.
     #[arg(long)]
     json: bool,
@@ -390,6 +394,9 @@ fn pareto_plant(json: bool, out: &Path) -> Result<(), Failure> {
 }
 
 fn compare_regulators(arguments: &CompareArguments) -> Result<(), Failure> {
+    if let Some(budget) = arguments.tune {
+        return tune_peers(budget as usize, arguments.json);
+    }
     let folder = Folder::prepare(&arguments.out).map_err(|error| Failure::Input(format!("{error:#}")))?;
     let scenarios = arguments.scenario.map_or_else(|| compare::scenario::ALL.to_vec(), |one| vec![one]);
     let trials = scenarios.len() * compare::contender::Kind::ALL.len() * arguments.seeds as usize;
@@ -399,6 +406,17 @@ fn compare_regulators(arguments: &CompareArguments) -> Result<(), Failure> {
     let data = format!("{:#}\n", serde_json::to_value(&report).map_err(anyhow::Error::from)?);
     folder.write(&[("compare.json", data.as_str())])?;
     print(&if arguments.json { data } else { compare::text(&report) })?;
+    Ok(())
+}
+
+fn tune_peers(budget: usize, json: bool) -> Result<(), Failure> {
+    let peers = compare::contender::Kind::PEERS;
+    let bar = crate::progress::bar(budget * peers.len(), "candidates");
+    let all =
+        peers.map(|peer| compare::tune::tune(peer, budget, || bar.inc(1))).into_iter().collect::<Result<Vec<_>>>()?;
+    bar.finish_and_clear();
+    let data = serde_json::to_value(&all).map_err(anyhow::Error::from)?;
+    print(&if json { format!("{data:#}\n") } else { compare::tune::text(&all) })?;
     Ok(())
 }
 

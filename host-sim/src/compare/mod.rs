@@ -6,6 +6,7 @@ pub mod scenario;
 pub mod score;
 mod table;
 pub mod trial;
+pub mod tune;
 
 pub use table::text;
 

@@ -248,7 +248,8 @@ fn steps_of(seed: u64, trial: &Trial, physics: &Physics) -> Vec<StepScore> {
         let from_kpa = start.at.checked_sub(1).map_or([0.0; 3], |before| moments[before].references_kpa);
         let next = trial.steps.get(place + 1).map_or(moments.len(), |next| next.at);
         // References that begin to move end it too.
-        let end = (start.at..next).find(|&at| moments[at].references_kpa != to_kpa).unwrap_or(next);
+        let changed = |now: &[f64; 3]| now.iter().zip(to_kpa).any(|(now, was)| (now - was).abs() > 0.0);
+        let end = (start.at..next).find(|&at| changed(&moments[at].references_kpa)).unwrap_or(next);
         let moved = |chamber: usize| (to_kpa[chamber] - from_kpa[chamber]).abs() > 0.0;
         let outside = |moment: &Moment| (0..3).any(|i| moved(i) && error_kpa(moment, i).abs() > BAND_KPA);
         let settled = moments[start.at..end].iter().rposition(outside).map_or(0, |last| last + 1);

@@ -19,7 +19,7 @@ use model_core::protocol::message::{self, LinkCommand, LinkMode, Reason, Request
 use model_core::regulator::Regulator;
 use model_core::self_test::{Part, SelfTest};
 use model_core::sequence::player::Player;
-use model_core::sequence::{Sequence, Step, library};
+use model_core::sequence::{Sequence, Step, Target, library};
 use model_core::supervisor::Supervisor;
 use model_core::supervisor::fault::{FaultSet, Priority};
 use model_core::units::{Bend, Coefficients, Millis, Pressure};
@@ -85,14 +85,14 @@ fn actuation() {
 }
 
 fn any_controller() -> Controller {
-    any(Controller::new(any(calibration::DEFAULT)))
+    any(Controller::new(any([calibration::DEFAULT; 3])))
 }
 
 #[inline(never)]
 fn controller() {
     let mut controller = any_controller();
-    consume(Controller::with_self_test(any(calibration::DEFAULT)));
-    consume(Controller::with_pneumatics(any(calibration::DEFAULT), any(Pneumatics::NOMINAL)));
+    consume(Controller::with_self_test(any([calibration::DEFAULT; 3])));
+    consume(Controller::with_pneumatics(any([calibration::DEFAULT; 3]), any(Pneumatics::NOMINAL)));
     consume(Controller::coefficients(&controller));
     consume(Controller::pressure_zero(&controller));
     consume(Controller::bend_zero(&controller));
@@ -117,7 +117,8 @@ fn control_commands() {
         Command::Pause,
         Command::Resume,
         Command::ZeroSensors,
-        Command::Calibrate(calibration::DEFAULT),
+        Command::Calibrate(Segment::Distal, calibration::DEFAULT),
+        Command::Bends([Bend::ZERO; 3]),
         Command::ClearFault,
     ]) {
         consume(Controller::command(&mut controller, command));
@@ -258,13 +259,15 @@ fn sequences() {
     consume(Sequence::repeats(any(&SEQUENCE)));
     consume(Sequence::duration(any(&SEQUENCE)));
     consume(library::find(any("sample")));
+    consume(Target::at_rest(&any(Target::REST)));
+    consume(Target::within_limits(&any(Target::REST)));
 }
 
 #[inline(never)]
 fn players() {
     let mut player = any(Player::start(any(&SEQUENCE)));
     consume(Player::sequence(&player));
-    consume(Player::advance(&mut player, any::<fn(Bend) -> Pressure>(|bend| Pressure::from_bits(Bend::to_bits(bend)))));
+    consume(Player::advance(&mut player));
     consume(player);
 }
 

@@ -94,7 +94,7 @@ fn plain<T: Clone + PartialEq>(value: &T) {
 }
 
 fn actuation() {
-    plain::<Segment>(&Segment::Middle);
+    message::<Segment>(&Segment::Middle);
     ordered::<Segment>(&Segment::Middle);
     plain::<Passage>(&Passage::Open);
     plain::<Actuation>(&Actuation::SAFE);
@@ -114,11 +114,11 @@ fn controller() {
     cloned::<Row>(&model_core::supervisor::table::TABLE[0]);
     plain::<Mode>(&Mode::Vented);
     plain::<Effect>(&Effect::Nothing);
-    plain::<Outputs>(&any(Controller::new(calibration::DEFAULT)).step(&any(INPUTS)));
+    plain::<Outputs>(&any(Controller::new([calibration::DEFAULT; 3])).step(&any(INPUTS)));
 }
 
 fn states() {
-    let controller = Controller::new(calibration::DEFAULT);
+    let controller = Controller::new([calibration::DEFAULT; 3]);
     cloned::<Controller>(&controller);
     cloned::<Tabulated>(&Tabulated::new(&calibration::DEFAULT));
     let observer = Observer::new(Pneumatics::NOMINAL);
@@ -163,7 +163,7 @@ fn sequences() {
     plain::<SequenceError>(&SequenceError::Name);
     let player = Player::start(&SEQUENCE);
     cloned::<Player>(&player);
-    plain::<Reference>(&Reference { setpoints: PRESSURES, step: 0, repeat: 0, holding: false, finished: false });
+    plain::<Reference>(&Reference { target: step.target, step: 0, repeat: 0, holding: false, finished: false });
 }
 
 fn units() {
@@ -187,7 +187,7 @@ fn identity() -> Identity {
         firmware: any(String::new()),
         serial: [0; 3],
         reset_cause: ResetCause::Pin,
-        coefficients: [0; 3],
+        coefficients: [[0; 3]; 3],
         pressure_zero: 0,
         bend_zero: 0,
         sequences: 0,
