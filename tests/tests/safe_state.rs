@@ -169,7 +169,7 @@ fn stays_safe(controller: &Controller, last: &Outputs, faults: &[Fault], then: &
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(16))]
+    #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
     fn nothing_is_energised_in_any_faulted_state(history in history(), then in proptest::collection::vec(after(), 8)) {
