@@ -2,7 +2,7 @@
 
 use crate::beats::{self, Beat};
 use crate::control::Snapshot;
-use core::sync::atomic::{AtomicU16, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU16, Ordering};
 use embassy_futures::select::{Either, select};
 use embassy_stm32::mode::Async;
 use embassy_stm32::usart::{RingBufferedUartRx, UartTx};
@@ -22,6 +22,13 @@ pub static ANSWERS: Channel<CriticalSectionRawMutex, Report, 4> = Channel::new()
 pub static SNAPSHOT: Signal<CriticalSectionRawMutex, Snapshot> = Signal::new();
 
 static DROPPED: AtomicU16 = AtomicU16::new(0);
+/// A valid frame came since the last [`heard`].
+static HEARD: AtomicBool = AtomicBool::new(false);
+
+/// Whether a valid frame came since the last call.
+pub fn heard() -> bool {
+    HEARD.swap(false, Ordering::Relaxed)
+}
 
 /// A silent line still lets the task say that it runs.
 const BEAT: Duration = Duration::from_millis(20);
@@ -36,6 +43,7 @@ pub async fn receive(mut receiver: RingBufferedUartRx<'static>) -> ! {
         let Ok(Ok(count)) = with_timeout(BEAT, receiver.read(&mut bytes)).await else { continue };
         for &byte in bytes.iter().take(count) {
             if let Some(Ok(request)) = decoder.push::<Request>(byte) {
+                HEARD.store(true, Ordering::Relaxed);
                 let _ = REQUESTS.try_send(request);
             }
         }
@@ -66,6 +74,8 @@ fn telemetry(snapshot: &Snapshot) -> Telemetry {
     Telemetry {
         tick: snapshot.at.0,
         mode: outputs.mode.into(),
+        faults: outputs.faults.bits(),
+        priority: outputs.faults.priority().map_or(0, |priority| priority as u8 + 1),
         setpoints: outputs.setpoints.map(Pressure::to_bits),
         estimates: outputs.estimates.map(Pressure::to_bits),
         manifold: outputs.manifold.valid().map(Pressure::to_bits),

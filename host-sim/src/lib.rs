@@ -1,8 +1,10 @@
 //! The soft finger on a desk: the controller's core against a simulated plant, with reports.
 
 pub mod cli;
+pub mod compare;
 mod drawing;
 pub mod eval;
+pub mod identify;
 pub mod mechanics;
 pub mod methods;
 pub mod metrics;

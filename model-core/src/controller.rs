@@ -1,17 +1,21 @@
 //! The controller: commands and sensor readings in, actuation and telemetry out, once a tick.
 
-use crate::actuation::{Actuation, PerSegment};
+use crate::actuation::{Actuation, PerSegment, Segment};
+use crate::bend_loop::{self, BendLoop};
+use crate::identification::{self, Identification, Identified};
 use crate::inverse::pressure_from_bend;
 use crate::observer::{Observer, Pneumatics};
 use crate::regulator::Regulator;
-use crate::self_test::{Part, SelfTest, Verdict};
-use crate::sequence::Sequence;
+use crate::self_test::{SelfTest, Verdict};
 use crate::sequence::player::{Player, Reference};
+use crate::sequence::{Sequence, Target};
 use crate::supervisor::Supervisor;
+use crate::supervisor::fault::FaultSet;
 use crate::units::{Bend, Coefficients, Millis, Pressure};
 
 /// The highest setpoint: the end of the paper's working range.
 pub use crate::sequence::MAX_PRESSURE as PRESSURE_LIMIT;
+pub use crate::supervisor::fault::Fault;
 
 /// The largest zero error of the pressure sensor that is trimmed away: the ISE30A's repeatability, 0.2 % of 1000 kPa.
 pub const ZERO_LIMIT: Pressure = Pressure::from_kpa(2);
@@ -58,6 +62,7 @@ impl<T> Reading<T> {
 
 /// Everything the controller sees in one tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a line or an event of its own; together they are no state")]
 pub struct Inputs {
     /// Time since start.
     pub now: Millis,
@@ -69,6 +74,10 @@ pub struct Inputs {
     pub over_pressure_switch: bool,
     /// True while the emergency stop is pressed or its loop is broken.
     pub emergency_stop: bool,
+    /// A valid frame came from the host since the last tick. What a host drives by hand ends when it is silent.
+    pub host_heard: bool,
+    /// This tick came late, or a sample before it was lost.
+    pub overrun: bool,
 }
 
 #[cfg(test)]
@@ -80,6 +89,8 @@ impl Inputs {
         bend: Reading::Valid(Bend::ZERO),
         over_pressure_switch: false,
         emergency_stop: false,
+        host_heard: true,
+        overrun: false,
     };
 }
 
@@ -90,6 +101,8 @@ pub enum Command {
     Run(&'static Sequence),
     /// Goes to these gauge pressures at once, and holds them.
     Setpoints(PerSegment<Pressure>),
+    /// Goes to these bends of the segments at once, and holds them; 0..=110 degrees each.
+    Bends(PerSegment<Bend>),
     /// Vents the finger and ends whatever runs.
     Vent,
     /// Holds the running sequence where it is: its time stands still, its setpoints are kept.
@@ -98,8 +111,10 @@ pub enum Command {
     Resume,
     /// Takes what the sensors read now as zero; only vented, and only within [`ZERO_LIMIT`] and [`BEND_ZERO_LIMIT`].
     ZeroSensors,
-    /// Uses these coefficients; only vented.
-    Calibrate(Coefficients),
+    /// Uses these coefficients for this segment; only vented.
+    Calibrate(Segment, Coefficients),
+    /// Uses the coefficients identified, of every segment that has some to offer; only vented.
+    AdoptIdentified,
     /// Clears a latched fault whose cause is gone.
     ClearFault,
 }
@@ -109,7 +124,7 @@ pub enum Command {
 pub enum Rejection {
     /// A fault is latched: clear it first.
     Faulted,
-    /// A setpoint lies outside 0..=150 kPa.
+    /// A setpoint lies outside 0..=150 kPa or 0..=110 degrees.
     SetpointOutOfLimits,
     /// The fault's cause is still there.
     CauseStillPresent,
@@ -125,54 +140,8 @@ pub enum Rejection {
     ZeroOutOfLimits,
     /// The power-on self test runs; wait for its end.
     SelfTesting,
-}
-
-/// Why the supervisor vented the finger.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fault {
-    /// The manifold's pressure is above the limit.
-    OverPressure,
-    /// The pressure switch closed.
-    OverPressureSwitch,
-    /// The pressure sensor is below its electrical range.
-    PressureSensorBelowRange,
-    /// The pressure sensor is above its electrical range.
-    PressureSensorAboveRange,
-    /// The emergency stop was pressed.
-    EmergencyStop,
-    /// The power-on self test failed: this does not respond.
-    SelfTest(Part),
-}
-
-impl Fault {
-    /// Every fault but the self test's.
-    pub const ELECTRICAL: [Self; 5] = [
-        Self::OverPressure,
-        Self::OverPressureSwitch,
-        Self::PressureSensorBelowRange,
-        Self::PressureSensorAboveRange,
-        Self::EmergencyStop,
-    ];
-
-    /// The fault with this number.
-    #[must_use]
-    pub fn from_code(code: u8) -> Option<Self> {
-        let parts = Part::ALL.into_iter().map(Self::SelfTest);
-        Self::ELECTRICAL.into_iter().chain(parts).find(|fault| fault.code() == code)
-    }
-
-    /// A number that stays the same from version to version.
-    #[must_use]
-    pub const fn code(self) -> u8 {
-        match self {
-            Self::OverPressure => 0,
-            Self::OverPressureSwitch => 1,
-            Self::PressureSensorBelowRange => 2,
-            Self::PressureSensorAboveRange => 3,
-            Self::EmergencyStop => 4,
-            Self::SelfTest(part) => 16 + part.code(),
-        }
-    }
+    /// No segment has identified coefficients to offer: run the sequence `calibrate` first.
+    NothingIdentified,
 }
 
 /// What the controller is doing.
@@ -199,6 +168,8 @@ pub struct Outputs {
     pub actuation: Actuation,
     /// What the controller is doing.
     pub mode: Mode,
+    /// Every fault that is latched, those that do not vent too.
+    pub faults: FaultSet,
     /// The reference each chamber should have now (ramps included); zero when vented.
     pub setpoints: PerSegment<Pressure>,
     /// The estimated gauge pressure of each chamber.
@@ -218,7 +189,7 @@ pub struct Outputs {
 /// The whole of the controller's state.
 #[derive(Clone, Debug)]
 pub struct Controller {
-    coefficients: Coefficients,
+    coefficients: PerSegment<Coefficients>,
     reference: Source,
     /// The sequence's reference of the last tick.
     last: Reference,
@@ -233,13 +204,15 @@ pub struct Controller {
     bend_zero: Bend,
     /// While it runs, and while its failure is latched.
     self_test: Option<SelfTest>,
+    bend_loop: BendLoop,
+    identification: Identification,
 }
 
 /// Where the setpoints come from.
 #[derive(Clone, Debug)]
 enum Source {
     Vented,
-    Manual(PerSegment<Pressure>),
+    Manual(Target),
     Sequence(Player),
     Paused(Player, Reference),
 }
@@ -247,17 +220,17 @@ enum Source {
 impl Controller {
     /// Starts vented, with the nominal pneumatics.
     #[must_use]
-    pub const fn new(coefficients: Coefficients) -> Self {
+    pub const fn new(coefficients: PerSegment<Coefficients>) -> Self {
         Self::with_pneumatics(coefficients, Pneumatics::NOMINAL)
     }
 
     /// Starts vented, with other pneumatics.
     #[must_use]
-    pub const fn with_pneumatics(coefficients: Coefficients, pneumatics: Pneumatics) -> Self {
+    pub const fn with_pneumatics(coefficients: PerSegment<Coefficients>, pneumatics: Pneumatics) -> Self {
         Self {
             coefficients,
             reference: Source::Vented,
-            last: Reference { setpoints: [Pressure::ZERO; 3], step: 0, repeat: 0, holding: false, finished: false },
+            last: Reference { target: Target::REST, step: 0, repeat: 0, holding: false, finished: false },
             observer: Observer::new(pneumatics),
             regulator: Regulator::new(),
             supervisor: Supervisor::new(),
@@ -266,12 +239,14 @@ impl Controller {
             rested: 0,
             bend_zero: Bend::ZERO,
             self_test: None,
+            bend_loop: BendLoop::new(),
+            identification: Identification::new(coefficients),
         }
     }
 
     /// Starts with the power-on self test, and is vented and ready when that has passed.
     #[must_use]
-    pub const fn with_self_test(coefficients: Coefficients) -> Self {
+    pub const fn with_self_test(coefficients: PerSegment<Coefficients>) -> Self {
         let mut controller = Self::new(coefficients);
         controller.self_test = Some(SelfTest::new());
         controller
@@ -279,7 +254,7 @@ impl Controller {
 
     /// The calibration in use.
     #[must_use]
-    pub const fn coefficients(&self) -> Coefficients {
+    pub const fn coefficients(&self) -> PerSegment<Coefficients> {
         self.coefficients
     }
 
@@ -295,10 +270,27 @@ impl Controller {
         self.bend_zero
     }
 
+    /// What has been identified of each segment since its coefficients were taken into use.
+    #[must_use]
+    pub fn identified(&self) -> PerSegment<Identified> {
+        self.identification.identified()
+    }
+
+    /// The trim of bends by the bend sensor.
+    #[must_use]
+    pub const fn bend_loop(&self) -> &BendLoop {
+        &self.bend_loop
+    }
+
     /// Takes back zeros that were stored. One beyond its limit is no zero and is left at nothing.
     pub fn restore_zeros(&mut self, pressure: Pressure, bend: Bend) {
         self.zero = if pressure.abs() <= ZERO_LIMIT { pressure } else { Pressure::ZERO };
         self.bend_zero = if bend.abs() <= BEND_ZERO_LIMIT { bend } else { Bend::ZERO };
+    }
+
+    /// Latches a fault that the start-up code knows of: a restart by the watchdog, a power dip, damaged settings.
+    pub const fn report(&mut self, fault: Fault) {
+        self.supervisor.latch(fault);
     }
 
     /// Takes a command.
@@ -313,11 +305,12 @@ impl Controller {
                 return self.supervisor.clear(&inputs);
             }
             Command::ZeroSensors => return self.zero_sensors(),
-            Command::Calibrate(coefficients) => {
+            Command::Calibrate(segment, coefficients) => {
                 self.require_vented()?;
-                self.coefficients = coefficients;
+                self.calibrate(segment, coefficients);
                 return Ok(());
             }
+            Command::AdoptIdentified => return self.adopt_identified(),
             Command::Pause => {
                 let Source::Sequence(player) = &self.reference else { return Err(Rejection::NotRunning) };
                 Source::Paused(player.clone(), self.last)
@@ -326,20 +319,44 @@ impl Controller {
                 let Source::Paused(player, _) = &self.reference else { return Err(Rejection::NotPaused) };
                 Source::Sequence(player.clone())
             }
-            Command::Run(_) | Command::Setpoints(_) if self.supervisor.fault().is_some() => {
+            Command::Run(_) | Command::Setpoints(_) | Command::Bends(_) if self.supervisor.fault().is_some() => {
                 return Err(Rejection::Faulted);
             }
-            Command::Run(_) | Command::Setpoints(_) if self.self_test.is_some() => return Err(Rejection::SelfTesting),
-            Command::Run(sequence) => Source::Sequence(Player::start(sequence)),
-            Command::Setpoints(setpoints) => {
-                if setpoints.iter().any(|&setpoint| setpoint < Pressure::ZERO || setpoint > PRESSURE_LIMIT) {
-                    return Err(Rejection::SetpointOutOfLimits);
-                }
-                Source::Manual(setpoints)
+            Command::Run(_) | Command::Setpoints(_) | Command::Bends(_) if self.self_test.is_some() => {
+                return Err(Rejection::SelfTesting);
             }
+            Command::Run(sequence) => Source::Sequence(Player::start(sequence)),
+            Command::Setpoints(setpoints) => Self::manual(Target::Pressure(setpoints))?,
+            Command::Bends(bends) => Self::manual(Target::Bend(bends))?,
         };
         self.reference = next;
         Ok(())
+    }
+
+    fn calibrate(&mut self, segment: Segment, coefficients: Coefficients) {
+        let [proximal, middle, distal] = &mut self.coefficients;
+        *match segment {
+            Segment::Proximal => proximal,
+            Segment::Middle => middle,
+            Segment::Distal => distal,
+        } = coefficients;
+        self.identification.restart(segment as usize, coefficients);
+    }
+
+    fn adopt_identified(&mut self) -> Result<(), Rejection> {
+        self.require_vented()?;
+        let mut taken = Err(Rejection::NothingIdentified);
+        for (segment, identified) in Segment::ALL.into_iter().zip(self.identified()) {
+            if identified.ready {
+                self.calibrate(segment, identified.coefficients);
+                taken = Ok(());
+            }
+        }
+        taken
+    }
+
+    fn manual(target: Target) -> Result<Source, Rejection> {
+        if target.within_limits() { Ok(Source::Manual(target)) } else { Err(Rejection::SetpointOutOfLimits) }
     }
 
     fn require_vented(&self) -> Result<(), Rejection> {
@@ -395,10 +412,35 @@ impl Controller {
         };
         self.observer.commanded(&outputs.actuation);
         self.follow_zero(inputs.manifold, outputs.actuation);
+        outputs.faults = self.supervisor.faults();
         outputs.estimates = self.observer.chambers();
         outputs.manifold = inputs.manifold.map(|pressure| pressure - self.zero);
         outputs.bend = inputs.bend.map(|bend| bend - self.bend_zero);
+        self.follow_bend(&outputs);
         outputs
+    }
+
+    /// The outer loop on bend, and the identification in the ticks that it leaves.
+    fn follow_bend(&mut self, outputs: &Outputs) {
+        let failed = outputs.faults.contains(Fault::BendSensorFailed);
+        let bend = outputs.bend.valid().filter(|_| !failed);
+        let air_rests = self.observer.air_rests();
+        let estimates = outputs.estimates;
+        let bends = match &self.reference {
+            Source::Manual(Target::Bend(bends)) => Some(*bends),
+            Source::Sequence(_) | Source::Paused(..) => match self.last.target {
+                Target::Bend(bends) => Some(bends),
+                Target::Pressure(_) => None,
+            },
+            Source::Manual(Target::Pressure(_)) | Source::Vented => None,
+        };
+        let seen = bend_loop::Observation { bends, estimates, bend, air_rests };
+        let idle = self.bend_loop.step(&seen, &self.coefficients);
+        let setpoints = outputs.setpoints;
+        self.identification.observe(&identification::Observation { setpoints, estimates, bend, air_rests });
+        if idle {
+            self.identification.work(&self.coefficients);
+        }
     }
 
     /// The self test's tick, while there is one: a failure is latched as a fault, and whatever fault there is starts the
@@ -443,6 +485,7 @@ impl Controller {
         let mut outputs = Outputs {
             actuation: Actuation::SAFE,
             mode: Mode::Vented,
+            faults: FaultSet::EMPTY,
             setpoints: [Pressure::ZERO; 3],
             estimates: [Pressure::ZERO; 3],
             step: 0,
@@ -453,17 +496,17 @@ impl Controller {
         };
         match &mut self.reference {
             Source::Vented => {}
-            Source::Manual(setpoints) => {
-                (outputs.mode, outputs.setpoints, outputs.holding) = (Mode::Holding, *setpoints, true);
+            Source::Manual(target) => {
+                (outputs.mode, outputs.holding) = (Mode::Holding, true);
+                outputs.setpoints = pressures(&self.coefficients, &self.bend_loop, target);
             }
             Source::Paused(_, last) => {
-                (outputs.mode, outputs.setpoints) = (Mode::Paused, last.setpoints);
+                outputs.mode = Mode::Paused;
+                outputs.setpoints = pressures(&self.coefficients, &self.bend_loop, &last.target);
                 (outputs.step, outputs.repeat) = (last.step, last.repeat);
             }
             Source::Sequence(player) => {
-                let coefficients = self.coefficients;
-                let reference = player
-                    .advance(|bend| pressure_from_bend(&coefficients, bend).clamp(Pressure::ZERO, PRESSURE_LIMIT));
+                let reference = player.advance();
                 self.last = reference;
                 if reference.finished {
                     self.reference = Source::Vented;
@@ -471,7 +514,7 @@ impl Controller {
                 }
                 outputs = Outputs {
                     mode: Mode::Running,
-                    setpoints: reference.setpoints,
+                    setpoints: pressures(&self.coefficients, &self.bend_loop, &reference.target),
                     step: reference.step,
                     repeat: reference.repeat,
                     holding: reference.holding,
@@ -480,6 +523,19 @@ impl Controller {
             }
         }
         outputs
+    }
+}
+
+/// The gauge pressures that a target asks for.
+fn pressures(coefficients: &PerSegment<Coefficients>, bend_loop: &BendLoop, target: &Target) -> PerSegment<Pressure> {
+    match *target {
+        Target::Pressure(setpoints) => setpoints,
+        Target::Bend(bends) => {
+            let [p, m, d] = bend_loop.trimmed(bends);
+            let [of_p, of_m, of_d] = coefficients;
+            [(of_p, p), (of_m, m), (of_d, d)]
+                .map(|(own, bend)| pressure_from_bend(own, bend).clamp(Pressure::ZERO, PRESSURE_LIMIT))
+        }
     }
 }
 
@@ -500,7 +556,7 @@ mod tests {
 
     #[test]
     fn a_pause_keeps_setpoints_and_time() {
-        let mut controller = Controller::new(calibration::DEFAULT);
+        let mut controller = Controller::new([calibration::DEFAULT; 3]);
         assert_eq!(controller.command(Command::Pause), Err(Rejection::NotRunning));
         let sequence = library::find("all").expect("built in");
         controller.command(Command::Run(sequence)).expect("taken");
@@ -522,7 +578,7 @@ mod tests {
 
     #[test]
     fn zeros_are_taken_vented_and_within_their_limits() {
-        let mut controller = Controller::new(calibration::DEFAULT);
+        let mut controller = Controller::new([calibration::DEFAULT; 3]);
         assert_eq!(controller.command(Command::ZeroSensors), Err(Rejection::ZeroOutOfLimits));
         let off = Inputs {
             manifold: Reading::Valid(Pressure::from_milli_kpa(1500)),
@@ -545,6 +601,9 @@ mod tests {
         controller.step(&CALM);
         controller.command(Command::Setpoints([Pressure::from_kpa(10); 3])).expect("taken");
         assert_eq!(controller.command(Command::ZeroSensors), Err(Rejection::NotVented));
-        assert_eq!(controller.command(Command::Calibrate(calibration::DEFAULT)), Err(Rejection::NotVented));
+        assert_eq!(
+            controller.command(Command::Calibrate(Segment::Distal, calibration::DEFAULT)),
+            Err(Rejection::NotVented)
+        );
     }
 }

@@ -10,16 +10,32 @@ pub enum FaultKind {
     PressureSensorOpen,
     /// The pressure sensor's input is shorted to the supply: full scale.
     PressureSensorShort,
-    /// The pressure sensor's analogue output stays where it is.
+    /// The pressure sensor's analogue output stays where it is; the converter's own noise stays too.
     PressureSensorFrozen,
+    /// The pressure sensor's noise is that many times as large, at least 1.
+    PressureSensorNoisy {
+        /// The factor.
+        times: f64,
+    },
+    /// The pressure switch's output stays at this, whatever the pressure: true is closed, above its threshold.
+    PressureSwitchStuck(bool),
     /// The strain gauge's wire breaks.
     BendSensorOpen,
+    /// The bend sensor's input is shorted to the supply: full scale.
+    BendSensorShort,
+    /// The bend sensor's amplifier stays where it is; the converter's own noise stays too.
+    BendSensorFrozen,
     /// The emergency stop is pressed.
     EmergencyStop,
     /// The pump's relay contact is welded: it runs whatever is commanded.
     PumpStuckOn,
     /// The pump does not run.
     PumpDead,
+    /// The pump gives less than it should at every pressure: a torn diaphragm, a blocked inlet.
+    PumpWeak {
+        /// What is left of its flow, 0..=1.
+        share: f64,
+    },
     /// A segment's valve stays at this passage.
     SegmentValveStuck(Segment, Passage),
     /// The dump valve stays at this passage.
@@ -31,7 +47,19 @@ pub enum FaultKind {
         /// Sonic conductance of the hole, NL/(s bar), at least 0; b as the segment valves.
         conductance_nl_per_s_bar: f64,
     },
+    /// Something is in a segment's way: it bends no further than it is when the fault comes. Straightening is free.
+    FingerBlocked(Segment),
+    /// A moment from outside bends a segment further, or straightens it, within [`PUSH_MS`]; never beyond straight.
+    FingerPushed {
+        /// Which segment.
+        segment: Segment,
+        /// By how much, degrees; negative straightens.
+        degrees: f64,
+    },
 }
+
+/// Time in which a push comes and goes, ms: a hand's quick movement, assumed.
+pub const PUSH_MS: f64 = 100.0;
 
 /// A fault and when it is there.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,25 +92,50 @@ impl InjectedFault {
     }
 }
 
-/// How the pressure sensor's signal is broken.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// How a sensor's analogue signal is broken.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum SignalFault {
     Open,
     Short,
     Frozen,
+    /// So many times its noise.
+    Noisy(f64),
 }
 
 /// All faults of one moment, sorted by the part they break. Of several on one part the last listed counts; leaks on
-/// one chamber too.
-#[derive(Clone, Copy, Debug, Default)]
+/// one chamber too. The pump's relay and what the pump gives are two parts, and so are a push at a segment and something in
+/// its way: the push acts first.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ActiveFaults {
     pub pressure_signal: Option<SignalFault>,
-    pub bend_open: bool,
+    pub pressure_switch: Option<bool>,
+    pub bend_signal: Option<SignalFault>,
     pub emergency_stop: bool,
     pub pump: Option<bool>,
+    pub pump_share: f64,
+    pub blocked: [bool; 3],
+    pub push_deg: [f64; 3],
     pub segments: [Option<Passage>; 3],
     pub dump: Option<Passage>,
     pub leaks_nl_per_s_bar: [f64; 3],
+}
+
+impl Default for ActiveFaults {
+    fn default() -> Self {
+        Self {
+            pressure_signal: None,
+            pressure_switch: None,
+            bend_signal: None,
+            emergency_stop: false,
+            pump: None,
+            pump_share: 1.0,
+            blocked: [false; 3],
+            push_deg: [0.0; 3],
+            segments: [None; 3],
+            dump: None,
+            leaks_nl_per_s_bar: [0.0; 3],
+        }
+    }
 }
 
 impl ActiveFaults {
@@ -93,15 +146,22 @@ impl ActiveFaults {
                 FaultKind::PressureSensorOpen => active.pressure_signal = Some(SignalFault::Open),
                 FaultKind::PressureSensorShort => active.pressure_signal = Some(SignalFault::Short),
                 FaultKind::PressureSensorFrozen => active.pressure_signal = Some(SignalFault::Frozen),
-                FaultKind::BendSensorOpen => active.bend_open = true,
+                FaultKind::PressureSensorNoisy { times } => active.pressure_signal = Some(SignalFault::Noisy(times)),
+                FaultKind::PressureSwitchStuck(closed) => active.pressure_switch = Some(closed),
+                FaultKind::BendSensorOpen => active.bend_signal = Some(SignalFault::Open),
+                FaultKind::BendSensorShort => active.bend_signal = Some(SignalFault::Short),
+                FaultKind::BendSensorFrozen => active.bend_signal = Some(SignalFault::Frozen),
                 FaultKind::EmergencyStop => active.emergency_stop = true,
                 FaultKind::PumpStuckOn => active.pump = Some(true),
                 FaultKind::PumpDead => active.pump = Some(false),
+                FaultKind::PumpWeak { share } => active.pump_share = share,
                 FaultKind::SegmentValveStuck(segment, passage) => active.segments[segment as usize] = Some(passage),
                 FaultKind::DumpStuck(passage) => active.dump = Some(passage),
                 FaultKind::ChamberLeak { segment, conductance_nl_per_s_bar } => {
                     active.leaks_nl_per_s_bar[segment as usize] = conductance_nl_per_s_bar;
                 }
+                FaultKind::FingerBlocked(segment) => active.blocked[segment as usize] = true,
+                FaultKind::FingerPushed { segment, degrees } => active.push_deg[segment as usize] = degrees,
             }
         }
         active

@@ -1,5 +1,6 @@
 //! One segment of the finger: its bend follows its pressure, and its volume follows its bend.
 
+use super::fault::PUSH_MS;
 use super::gas::{GasVolume, REFERENCE_KPA};
 use super::static_curve::StaticCurve;
 use core::f64::consts::PI;
@@ -56,10 +57,27 @@ impl LagStep {
 #[derive(Clone, Debug)]
 pub struct Bend {
     curve: Arc<StaticCurve>,
+    /// Volume without bend of its own, L: what something outside bends is in it.
     rest_volume_l: f64,
     /// Volume per bend, L/rad.
     growth_l_per_rad: f64,
     state: BendState,
+    forced: Forced,
+}
+
+/// What something outside does to a bend, rad: the bend is the finger's own, and this much more.
+#[derive(Clone, Copy, Debug, Default)]
+struct Forced {
+    /// Volume without any bend, L.
+    rest_volume_l: f64,
+    /// By how much it is off, rad.
+    by: f64,
+    /// How far it is pushed, of what it shall be in the end, rad.
+    pushed: f64,
+    /// The largest push so far, rad: its share of the time for a push is its speed.
+    largest_push: f64,
+    /// It bends no further than this, rad.
+    limit: Option<f64>,
 }
 
 /// What a step changes of a bend.
@@ -141,13 +159,42 @@ impl Bend {
             rest_volume_l,
             growth_l_per_rad,
             state: BendState { alpha: 0.0, goal: 0.0, slope, moved: 0.0, stiff: false, settled_nl: f64::NAN },
+            forced: Forced { rest_volume_l, ..Forced::default() },
         }
     }
 
     /// The bend in radians.
     #[must_use]
     pub fn rad(&self) -> f64 {
-        self.state.alpha
+        self.state.alpha + self.forced.by
+    }
+
+    /// By how much something outside holds it off the bend that it would have under its pressure, rad.
+    #[must_use]
+    pub fn forced_rad(&self) -> f64 {
+        self.forced.by
+    }
+
+    /// One tick of what is outside, after the finger's own: a push towards an angle (rad), and something that it cannot
+    /// pass from where it is when that comes.
+    ///
+    /// The finger's own bend goes on under the pressure that the true volume has. What is outside follows at the tick's
+    /// end, so that the volume of the middle of a tick is at most half a tick's bend off.
+    pub(super) fn force(&mut self, push_rad: f64, blocked: bool, gas: &mut GasVolume) {
+        self.forced.largest_push = self.forced.largest_push.max(push_rad.abs());
+        let full_step = self.forced.largest_push / PUSH_MS;
+        self.forced.pushed += (push_rad - self.forced.pushed).clamp(-full_step, full_step);
+        self.forced.limit = if blocked { self.forced.limit.or(Some(self.rad())) } else { None };
+        let pushed = (self.state.alpha + self.forced.pushed).max(0.0);
+        let bend = self.forced.limit.map_or(pushed, |limit| pushed.min(limit));
+        let by = bend - self.state.alpha;
+        #[expect(clippy::float_cmp, reason = "moved at all, not by how much")]
+        if by != self.forced.by {
+            self.forced.by = by;
+            self.rest_volume_l = self.forced.rest_volume_l + self.growth_l_per_rad * by;
+            gas.set_volume_l(self.forced.rest_volume_l + self.growth_l_per_rad * bend);
+            self.state.settled_nl = f64::NAN;
+        }
     }
 
     pub(super) fn state(&self) -> BendState {

@@ -73,6 +73,8 @@ pub struct Truth {
     pub dump: Passage,
     /// Where each segment's valve really is.
     pub segments: [Passage; 3],
+    /// By how much something outside holds each segment off the bend that it would have under its pressure, degrees.
+    pub forced_deg: [f64; 3],
 }
 
 /// Halvings of a tick that the adaptive method may take: steps of 1 ms down to 1 us.
@@ -221,6 +223,8 @@ impl Plant {
                 bend: Reading::BelowRange,
                 over_pressure_switch: false,
                 emergency_stop: false,
+                host_heard: true,
+                overrun: false,
             },
             faults: scene.faults,
             parameters,
@@ -261,6 +265,9 @@ impl Plant {
 
     #[inline]
     fn tick<const LAST: u8>(&mut self, actuation: Actuation) -> Inputs {
+        if !self.faults.is_empty() {
+            self.pump.weaken(self.faults_now.pump_share);
+        }
         self.pump.step(actuation.pump, self.faults_now.pump);
         let still = self.unmoved_ticks >= self.longest_dead_ticks && actuation == self.last_actuation;
         if !still || !self.faults.is_empty() {
@@ -272,6 +279,9 @@ impl Plant {
                 method => self.advance::<LAST>(method),
             }
         }
+        if LAST >= FINGER && !self.faults.is_empty() {
+            self.force_finger();
+        }
         self.now = self.now + Millis(1);
         if !self.faults.is_empty() {
             self.faults_now = ActiveFaults::at(&self.faults, self.now);
@@ -282,6 +292,15 @@ impl Plant {
             return self.sense(manifold_kpa);
         }
         self.inputs
+    }
+
+    /// One tick of what is outside of the finger.
+    fn force_finger(&mut self) {
+        let ActiveFaults { push_deg, blocked, .. } = self.faults_now;
+        let bends = self.bends.iter_mut().zip(&mut self.chambers);
+        for ((bend, chamber), (push_deg, blocked)) in bends.zip(push_deg.into_iter().zip(blocked)) {
+            bend.force(push_deg.to_radians(), blocked, chamber);
+        }
     }
 
     /// One tick of the valves and leaks. Without a fault and once nothing has been commanded for the valves' dead times,
@@ -360,6 +379,7 @@ impl Plant {
             pump_speed: self.pump.speed(),
             dump: self.dump.passage(),
             segments: Segment::ALL.map(|segment| self.segments[segment as usize].passage()),
+            forced_deg: Segment::ALL.map(|segment| self.bends[segment as usize].forced_rad().to_degrees()),
         }
     }
 
@@ -518,9 +538,14 @@ impl Plant {
         let inputs = Inputs {
             now: self.now,
             manifold: self.pressure_sensor.reading(),
-            bend: self.bend_sensor.reading(bend_deg, bend_noise, faults.bend_open),
-            over_pressure_switch: manifold_kpa >= self.parameters.pressure_sensor.switch_kpa,
+            bend: self.bend_sensor.reading(bend_deg, bend_noise, faults.bend_signal),
+            over_pressure_switch: faults
+                .pressure_switch
+                .unwrap_or(manifold_kpa >= self.parameters.pressure_sensor.switch_kpa),
             emergency_stop: faults.emergency_stop,
+            // The plant's side of the bench is a host that is heard every tick, and no tick is late.
+            host_heard: true,
+            overrun: false,
         };
         // Not read back: what was written field by field would have to reach memory first.
         self.inputs = inputs;

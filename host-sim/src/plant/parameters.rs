@@ -129,6 +129,9 @@ pub struct PressureSensorParameters {
     pub oversampling: u32,
     /// Noise of one tick's reading, after that averaging, kPa rms. Default 0.3: assumed.
     pub noise_kpa: f64,
+    /// Noise of one tick's reading while the output stands still, kPa rms: the converter's and its supply's. Default 0.05:
+    /// assumed, half a code in each of 16 conversions.
+    pub frozen_noise_kpa: f64,
     /// Time constant of the output, ms. Default 2.5: assumed, from the usual response time.
     pub lag_ms: f64,
     /// Standard deviation of the zero error, which the seed draws once, kPa. Default 0.3: assumed.
@@ -148,6 +151,7 @@ impl Default for PressureSensorParameters {
             adc_bits: 12,
             oversampling: 16,
             noise_kpa: 0.3,
+            frozen_noise_kpa: 0.05,
             lag_ms: 2.5,
             zero_error_kpa: 0.3,
             switch_kpa: 170.0,
@@ -166,6 +170,8 @@ pub struct BendSensorParameters {
     pub gain_error: f64,
     /// Noise of one tick's reading, degrees rms. Default 0.3: assumed.
     pub noise_deg: f64,
+    /// Noise of one tick's reading while the amplifier stands still, degrees rms. Default 0.05: assumed.
+    pub frozen_noise_deg: f64,
     /// Gauge factor. Default 2.1: usual for the BF350-3AA.
     pub gauge_factor: f64,
     /// Strain for each degree of bend. Default 25e-6: assumed.
@@ -197,6 +203,7 @@ impl Default for BendSensorParameters {
             resolution_deg: 0.1,
             gain_error: 0.01,
             noise_deg: 0.3,
+            frozen_noise_deg: 0.05,
             gauge_factor: 2.1,
             strain_per_deg: 25e-6,
             excitation_volts: 5.0,

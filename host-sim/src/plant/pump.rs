@@ -14,6 +14,8 @@ pub struct Pump {
     /// What remains of a speed difference after half a tick.
     half_tick_decay: f64,
     free_flow_nl_per_s: f64,
+    /// The same of the pump as it should be.
+    whole_flow_nl_per_s: f64,
     /// 1/stall pressure, per kPa.
     per_stall_kpa: f64,
 }
@@ -29,8 +31,14 @@ impl Pump {
             speed: 0.0,
             half_tick_decay: if lag_ms > 0.0 { (-0.5 / lag_ms).exp() } else { 0.0 },
             free_flow_nl_per_s: parameters.free_flow_nl_per_min / 60.0,
+            whole_flow_nl_per_s: parameters.free_flow_nl_per_min / 60.0,
             per_stall_kpa: 1.0 / parameters.stall_kpa,
         }
+    }
+
+    /// Leaves it a share (0..=1) of its flow at every pressure.
+    pub fn weaken(&mut self, share: f64) {
+        self.free_flow_nl_per_s = self.whole_flow_nl_per_s * share;
     }
 
     /// One tick: takes the relay's command; `stuck` overrides the relay's contact.

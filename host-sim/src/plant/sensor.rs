@@ -40,6 +40,8 @@ pub struct PressureSensor {
     lagged_kpa: f64,
     last_true_kpa: f64,
     code: f64,
+    /// The last code of an output that still moved.
+    moving_code: f64,
 }
 
 impl PressureSensor {
@@ -71,6 +73,7 @@ impl PressureSensor {
             lagged_kpa: 0.0,
             last_true_kpa: 0.0,
             code: 0.0,
+            moving_code: (parameters.zero_volts + zero_error_kpa * parameters.volts_per_kpa) * codes_per_volt,
         }
     }
 
@@ -89,19 +92,32 @@ impl PressureSensor {
     /// (sqrt(oversampling) times the tick's), which dithers the steps away, so the mean's own step is what is left.
     #[inline]
     pub(super) fn convert(&mut self, noise: f64, fault: Option<SignalFault>) {
-        let full = self.codes - 1.0;
         self.code = match fault {
+            None => self.seen(noise * self.parameters.noise_kpa),
             Some(SignalFault::Open) => 0.0,
-            Some(SignalFault::Short) => full,
-            Some(SignalFault::Frozen) => self.code,
-            None => {
-                let seen_kpa = self.lagged_kpa + self.zero_error_kpa + noise * self.parameters.noise_kpa;
-                let code = self.zero_code + seen_kpa * self.codes_per_kpa;
-                let stepped =
-                    if self.quantised { nearest(code * self.steps_per_code) * self.codes_per_step } else { code };
-                stepped.clamp(0.0, full)
+            Some(SignalFault::Short) => self.codes - 1.0,
+            Some(SignalFault::Noisy(times)) => self.seen(noise * times * self.parameters.noise_kpa),
+            Some(SignalFault::Frozen) => {
+                self.stepped(self.moving_code + noise * self.parameters.frozen_noise_kpa * self.codes_per_kpa)
             }
         };
+        if fault.is_none() {
+            self.moving_code = self.code;
+        }
+    }
+
+    /// The code of what the output carries, with this noise.
+    #[inline]
+    fn seen(&self, noise_kpa: f64) -> f64 {
+        let seen_kpa = self.lagged_kpa + self.zero_error_kpa + noise_kpa;
+        self.stepped(self.zero_code + seen_kpa * self.codes_per_kpa)
+    }
+
+    /// A code as the converter gives it.
+    #[inline]
+    fn stepped(&self, code: f64) -> f64 {
+        let stepped = if self.quantised { nearest(code * self.steps_per_code) * self.codes_per_step } else { code };
+        stepped.clamp(0.0, self.codes - 1.0)
     }
 
     /// The mean code of this tick's conversions, 0..=4095 with 12 bits: what the converter's input carries.
@@ -131,13 +147,15 @@ pub struct BendSensor {
     parameters: BendSensorParameters,
     gain: f64,
     quantised: bool,
+    /// What the amplifier last gave while it still moved, degrees.
+    moving_deg: f64,
 }
 
 impl BendSensor {
     /// With its gain (1 is right).
     #[must_use]
     pub fn new(parameters: &BendSensorParameters, gain: f64, quantised: bool) -> Self {
-        Self { parameters: parameters.clone(), gain, quantised }
+        Self { parameters: parameters.clone(), gain, quantised, moving_deg: 0.0 }
     }
 
     /// The reading at a true bend in degrees; `noise` is a draw of the standard normal distribution, or zero.
@@ -145,12 +163,18 @@ impl BendSensor {
     /// Below 0 it reads 0 (the calibration table's end), above the range `AboveRange`; a broken wire `BelowRange`.
     #[inline]
     #[must_use]
-    pub fn reading(&self, true_deg: f64, noise: f64, open: bool) -> Reading<Bend> {
-        if open {
-            return Reading::BelowRange;
-        }
+    pub(super) fn reading(&mut self, true_deg: f64, noise: f64, fault: Option<SignalFault>) -> Reading<Bend> {
         let p = &self.parameters;
-        let seen = true_deg * self.gain + noise * p.noise_deg;
+        let seen = match fault {
+            None => true_deg * self.gain + noise * p.noise_deg,
+            Some(SignalFault::Open) => return Reading::BelowRange,
+            Some(SignalFault::Short) => return Reading::AboveRange,
+            Some(SignalFault::Noisy(times)) => true_deg * self.gain + noise * times * p.noise_deg,
+            Some(SignalFault::Frozen) => self.moving_deg + noise * p.frozen_noise_deg,
+        };
+        if fault.is_none() {
+            self.moving_deg = seen;
+        }
         if seen > p.range_deg {
             return Reading::AboveRange;
         }
@@ -224,8 +248,13 @@ mod tests {
         sensor.step(50.0);
         sensor.convert(0.0, None);
         sensor.step(80.0);
-        sensor.convert(1.0, Some(SignalFault::Frozen));
-        assert!((value(sensor.reading()) - 50.0).abs() < 1e-4);
+        for noise in [0.0, 1.0, -2.0, 0.0] {
+            sensor.convert(noise, Some(SignalFault::Frozen));
+            // The converter's 0.05 kPa rms, and no walk.
+            assert!((value(sensor.reading()) - 50.0 - 0.05 * noise).abs() < 1e-4);
+        }
+        sensor.convert(1.0, Some(SignalFault::Noisy(10.0)));
+        assert!((value(sensor.reading()) - 83.0).abs() < 1e-4);
     }
 
     #[test]
@@ -241,10 +270,12 @@ mod tests {
 
     #[test]
     fn bend_steps_and_range() {
-        let sensor = BendSensor::new(&BendSensorParameters::default(), 1.01, true);
-        assert_eq!(sensor.reading(100.0, 0.0, false), Reading::Valid(Bend::from_deg(101)));
-        assert_eq!(sensor.reading(0.0, -2.0, false), Reading::Valid(Bend::ZERO));
-        assert_eq!(sensor.reading(358.0, 0.0, false), Reading::AboveRange);
-        assert_eq!(sensor.reading(100.0, 0.0, true), Reading::BelowRange);
+        let mut sensor = BendSensor::new(&BendSensorParameters::default(), 1.01, true);
+        assert_eq!(sensor.reading(0.0, -2.0, None), Reading::Valid(Bend::ZERO));
+        assert_eq!(sensor.reading(358.0, 0.0, None), Reading::AboveRange);
+        assert_eq!(sensor.reading(100.0, 0.0, Some(SignalFault::Open)), Reading::BelowRange);
+        assert_eq!(sensor.reading(100.0, 0.0, Some(SignalFault::Short)), Reading::AboveRange);
+        assert_eq!(sensor.reading(100.0, 0.0, None), Reading::Valid(Bend::from_deg(101)));
+        assert_eq!(sensor.reading(20.0, 2.0, Some(SignalFault::Frozen)), Reading::Valid(Bend::from_milli_deg(101_100)));
     }
 }

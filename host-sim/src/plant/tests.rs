@@ -273,3 +273,139 @@ fn faults_do_what_they_say() {
     assert!((lost / mean - 1.0).abs() < 1e-3, "{lost} {mean}");
     assert!((before.chambers_kpa[1] - after.chambers_kpa[1]).abs() < 1e-6);
 }
+
+/// The plant as it is, with this fault from 1 s on; the sensors without errors when `ideal`.
+fn broken(kind: FaultKind, ideal: bool) -> Plant {
+    let scene = if ideal { Scene::ideal() } else { Scene::default() };
+    plant(scene.with_faults([InjectedFault::lasting(kind, 1000)]))
+}
+
+#[test]
+fn a_frozen_sensor_keeps_the_converters_noise_and_a_noisy_one_its_mean() {
+    let readings = |kind: FaultKind| {
+        let mut plant = broken(kind, false);
+        run(&mut plant, FILL, 1000);
+        let at = plant.truth().manifold_kpa;
+        let readings: Vec<f64> =
+            (0..2000).map(|_| plant.step(&Actuation::HOLD).manifold.valid().expect("in range").to_f64()).collect();
+        let mean = readings.iter().sum::<f64>() / 2000.0;
+        let rms = (readings.iter().map(|kpa| (kpa - mean).powi(2)).sum::<f64>() / 2000.0).sqrt();
+        (at, plant.truth().manifold_kpa, mean, rms)
+    };
+    let (at, now, mean, rms) = readings(FaultKind::PressureSensorFrozen);
+    assert!((mean - at).abs() < 2.0 && (now - at).abs() > 5.0, "{at} {now} {mean}");
+    assert!((0.04..0.06).contains(&rms), "{rms}");
+    let (_, now, mean, rms) = readings(FaultKind::PressureSensorNoisy { times: 10.0 });
+    assert!((mean - now).abs() < 3.0 && (2.0..4.5).contains(&rms), "{now} {mean} {rms}");
+}
+
+#[test]
+fn a_stuck_switch_says_the_same_at_every_pressure() {
+    for closed in [false, true] {
+        let mut plant = broken(FaultKind::PressureSwitchStuck(closed), true);
+        run(&mut plant, Actuation::SAFE, 999);
+        assert!(!plant.inputs().over_pressure_switch);
+        for _ in 0..4000 {
+            assert_eq!(plant.step(&FILL).over_pressure_switch, closed);
+        }
+        assert!(plant.truth().manifold_kpa > 170.0);
+    }
+}
+
+#[test]
+fn a_weak_pump_gives_its_share_and_no_other() {
+    let mut weak = broken(FaultKind::PumpWeak { share: 0.25 }, true);
+    let mut whole = plant(Scene::ideal());
+    run(&mut weak, Actuation::SAFE, 1000);
+    run(&mut whole, Actuation::SAFE, 1000);
+    run(&mut weak, FILL, 1);
+    run(&mut whole, FILL, 1);
+    let share = weak.truth().pump_flow_nl_per_s / whole.truth().pump_flow_nl_per_s;
+    assert!((share - 0.25).abs() < 0.01, "{share}");
+    // Its relay may stick as well: both act.
+    let faults = [FaultKind::PumpStuckOn, FaultKind::PumpWeak { share: 0.5 }];
+    let mut both = plant(Scene::ideal().with_faults(faults.map(|kind| InjectedFault::lasting(kind, 0))));
+    run(&mut both, Actuation::SAFE, 1);
+    assert!((both.truth().pump_flow_nl_per_s - 0.5 * 3.0 / 60.0).abs() < 0.005);
+}
+
+#[test]
+fn a_bend_sensor_is_shorted_or_stands_still() {
+    let mut short = broken(FaultKind::BendSensorShort, true);
+    run(&mut short, FILL, 1000);
+    assert_eq!(short.inputs().bend, Reading::AboveRange);
+    let mut frozen = broken(FaultKind::BendSensorFrozen, true);
+    run(&mut frozen, FILL, 999);
+    let before = frozen.inputs().bend;
+    run(&mut frozen, FILL, 1000);
+    let Reading::Valid(bend) = frozen.inputs().bend else { panic!("in range") };
+    assert!((bend.to_f64() - before.valid().expect("in range").to_f64()).abs() <= 0.1);
+    assert!(frozen.truth().bends_deg.iter().sum::<f64>() > bend.to_f64() + 10.0);
+}
+
+#[test]
+fn a_blocked_segment_bends_no_further_and_straightens_freely() {
+    let mut free = plant(Scene::default());
+    let mut blocked = broken(FaultKind::FingerBlocked(Segment::Middle), false);
+    for plant in [&mut free, &mut blocked] {
+        run(plant, FILL, 1000);
+    }
+    let [_, at, _] = blocked.truth().bends_deg;
+    for plant in [&mut free, &mut blocked] {
+        run(plant, FILL, 700);
+        run(plant, Actuation::HOLD, 500);
+    }
+    let (free, held) = (free.truth(), blocked.truth());
+    assert!((held.bends_deg[1] - at).abs() < 0.5, "{at} {held:?}");
+    assert!(free.bends_deg[1] - held.bends_deg[1] > 10.0);
+    // What its pressure, now higher, would bend it to is what the truth says it is held off.
+    assert!((held.bends_deg[1] - held.forced_deg[1] - free.bends_deg[1]).abs() < 6.0 && held.forced_deg[1] < -10.0);
+    assert!((held.bends_deg[0] - free.bends_deg[0]).abs() < 1.0 && held.forced_deg[0].abs() <= 0.0);
+    run(&mut blocked, Actuation::SAFE, 4000);
+    let vented = blocked.truth();
+    assert!(vented.bends_deg[1] < 2.0 && vented.forced_deg[1].abs() <= 0.0, "{vented:?}");
+}
+
+#[test]
+fn a_push_moves_a_segment_within_its_time_and_its_closed_chamber_feels_it() {
+    let push = FaultKind::FingerPushed { segment: Segment::Distal, degrees: -30.0 };
+    let mut plant = plant(Scene::default().with_faults([InjectedFault::passing(push, 2000, 3000)]));
+    run(&mut plant, FILL, 1200);
+    run(&mut plant, Actuation::HOLD, 800);
+    let before = plant.truth();
+    run(&mut plant, Actuation::HOLD, 50);
+    assert!((plant.truth().forced_deg[2] + 15.0).abs() < 0.01, "{:?}", plant.truth());
+    run(&mut plant, Actuation::HOLD, 250);
+    let pushed = plant.truth();
+    assert!((pushed.forced_deg[2] + 30.0).abs() < 1e-9);
+    // Its chamber is smaller: the pressure rises, and with it the bend that it would have.
+    assert!(pushed.chambers_kpa[2] > before.chambers_kpa[2] + 3.0);
+    assert!(pushed.bends_deg[2] < before.bends_deg[2] - 25.0);
+    assert!((pushed.content_nl - before.content_nl).abs() < 1e-12, "no air is made");
+    run(&mut plant, Actuation::HOLD, 1500);
+    let after = plant.truth();
+    assert!((after.bends_deg[2] - before.bends_deg[2]).abs() < 1.0 && after.forced_deg[2].abs() <= 0.0);
+    // A straight segment is not pushed through its end.
+    let mut straight = super::tests::plant(Scene::ideal().with_faults([InjectedFault::lasting(push, 0)]));
+    run(&mut straight, Actuation::SAFE, 300);
+    assert!(straight.truth().bends_deg[2].abs() <= 0.0);
+}
+
+#[test]
+fn of_two_faults_on_one_part_the_last_listed_counts() {
+    let lasting = |kind| InjectedFault::lasting(kind, 0);
+    let both = |faults: [FaultKind; 2]| {
+        let mut plant = plant(Scene::ideal().with_faults(faults.map(lasting)));
+        run(&mut plant, FILL, 20);
+        plant
+    };
+    let plant = both([FaultKind::PressureSensorShort, FaultKind::PressureSensorOpen]);
+    assert_eq!(plant.inputs().manifold, Reading::BelowRange);
+    let plant = both([FaultKind::PumpStuckOn, FaultKind::PumpDead]);
+    assert!(plant.truth().pump_speed <= 0.0);
+    let plant = both([FaultKind::DumpStuck(Passage::Open), FaultKind::DumpStuck(Passage::Closed)]);
+    assert_eq!(plant.truth().dump, Passage::Closed);
+    // Different parts: both are there.
+    let plant = both([FaultKind::BendSensorShort, FaultKind::PressureSwitchStuck(true)]);
+    assert_eq!((plant.inputs().bend, plant.inputs().over_pressure_switch), (Reading::AboveRange, true));
+}

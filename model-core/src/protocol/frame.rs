@@ -143,6 +143,7 @@ fn remove_cobs(frame: &mut [u8]) -> Option<usize> {
 mod tests {
     use super::super::message::*;
     use super::*;
+    use crate::actuation::Segment;
     use proptest::prelude::*;
 
     fn commands() -> Vec<LinkCommand> {
@@ -154,9 +155,13 @@ mod tests {
             LinkCommand::Vent,
             LinkCommand::Setpoints([60 << 16, 30 << 16, 60 << 16]),
             LinkCommand::ZeroSensors,
-            LinkCommand::Calibrate { k: 0, c1: 232_121_178, c2: 5_630_601 },
+            LinkCommand::Calibrate { segment: Segment::Middle, k: 0, c1: 232_121_178, c2: 5_630_601 },
             LinkCommand::Identify,
             LinkCommand::ClearFault,
+            LinkCommand::Beat,
+            LinkCommand::Bends([45 << 16, 30 << 16, 15 << 16]),
+            LinkCommand::Identification,
+            LinkCommand::AdoptIdentified,
         ]
     }
 
@@ -181,8 +186,8 @@ mod tests {
     #[test]
     fn a_frame_is_version_message_and_crc_between_zeros() {
         let frame = framed(&LinkCommand::Pause);
-        // Version 1; id 0x1234 as varint B4 24; variant 1.
-        let plain = [1, 0xB4, 0x24, 1];
+        // Version 2; id 0x1234 as varint B4 24; variant 1.
+        let plain = [VERSION, 0xB4, 0x24, 1];
         let mut expected = plain.to_vec();
         expected.extend(crc32(&plain).to_le_bytes());
         // No zero in it, so COBS is one distance in front.
@@ -260,10 +265,10 @@ mod tests {
     #[test]
     fn another_version_and_trailing_bytes_are_refused() {
         for (plain, error) in [
-            (vec![2, 1, 1], FrameError::Version(2)),
-            (vec![1, 1, 1, 9], FrameError::Message),
-            (vec![1, 1, 99], FrameError::Message),
-            (vec![1], FrameError::Message),
+            (vec![1, 1, 1], FrameError::Version(1)),
+            (vec![2, 1, 1, 9], FrameError::Message),
+            (vec![2, 1, 99], FrameError::Message),
+            (vec![2], FrameError::Message),
         ] {
             let mut content = plain.clone();
             content.extend(crc32(&plain).to_le_bytes());
@@ -276,10 +281,25 @@ mod tests {
     }
 
     #[test]
+    fn the_widest_identification_fits() {
+        let widest = IdentifiedSegment {
+            coefficients: [i32::MIN; 3],
+            residual_pressure: i32::MIN,
+            residual_bend: i32::MIN,
+            points: u16::MAX,
+            ready: true,
+        };
+        let widest = Report::Identification { id: u16::MAX, segments: [widest; 3] };
+        assert!(encode(&widest, &mut [0; MAX_FRAME]).is_some());
+    }
+
+    #[test]
     fn the_widest_telemetry_fits() {
         let widest = Report::Telemetry(Telemetry {
             tick: u32::MAX,
             mode: LinkMode::Faulted(255),
+            faults: u64::MAX,
+            priority: 3,
             setpoints: [i32::MIN; 3],
             estimates: [i32::MIN; 3],
             manifold: Some(i32::MIN),
@@ -325,7 +345,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn requests_come_back(id: u16, which in 0_usize..9, cut in 0_usize..20) {
+        fn requests_come_back(id: u16, which in 0_usize..10, cut in 0_usize..20) {
             let request = Request { id, command: commands()[which].clone() };
             let mut buffer = [0; MAX_FRAME];
             let length = encode(&request, &mut buffer).expect("fits");

@@ -6,13 +6,15 @@
 //! `docs/protocol.md` describes every field and has test vectors.
 
 pub mod frame;
+pub mod handler;
 pub mod message;
 
 pub use frame::{Decoder, FrameError, MAX_FRAME, checksum, encode};
+pub use handler::{Effect, handle};
 pub use message::{
-    Identity, LinkCommand, LinkMode, Reason, Report, Request, ResetCause, SequenceName, Telemetry, actuation_of,
-    outputs_of,
+    IdentifiedSegment, Identity, LinkCommand, LinkMode, Reason, Report, Request, ResetCause, SequenceName, Telemetry,
+    actuation_of, outputs_of,
 };
 
 /// Version of frames and messages; a frame of another version is dropped.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;

@@ -7,8 +7,12 @@
 //!      └────────────────────────────────────────┘
 //! ```
 
-use crate::controller::{Fault, Inputs, Reading, Rejection};
+pub mod fault;
+pub mod table;
+
+use crate::controller::{Inputs, Reading, Rejection};
 use crate::units::Pressure;
+use fault::{Fault, FaultSet};
 
 /// The manifold's limit. The working range ends at 150 kPa; the regulator never asks the manifold for more than
 /// 160 kPa, and the chambers may not pass 165 kPa.
@@ -21,7 +25,10 @@ const ANALOGUE_TICKS: u8 = 5;
 /// See the module's page.
 #[derive(Clone, Debug, Default)]
 pub struct Supervisor {
+    /// The first that vents.
     latched: Option<Fault>,
+    /// All, those that do not vent too.
+    faults: FaultSet,
     over_pressure: u8,
     below_range: u8,
     above_range: u8,
@@ -31,7 +38,7 @@ impl Supervisor {
     /// Nothing latched.
     #[must_use]
     pub const fn new() -> Self {
-        Self { latched: None, over_pressure: 0, below_range: 0, above_range: 0 }
+        Self { latched: None, faults: FaultSet::EMPTY, over_pressure: 0, below_range: 0, above_range: 0 }
     }
 
     /// Looks at this tick's inputs; returns the latched fault, the first that came.
@@ -51,21 +58,32 @@ impl Supervisor {
             (below, Fault::PressureSensorBelowRange),
             (above, Fault::PressureSensorAboveRange),
         ];
-        if self.latched.is_none() {
-            self.latched = present.into_iter().find_map(|(holds, fault)| holds.then_some(fault));
+        for (holds, fault) in present {
+            if holds {
+                self.latch(fault);
+            }
         }
         self.latched
     }
 
-    /// The latched fault.
+    /// The latched fault that vents, the first that came.
     #[must_use]
     pub const fn fault(&self) -> Option<Fault> {
         self.latched
     }
 
-    /// Latches a fault that another part of the core found; one that is latched already stays.
-    pub fn latch(&mut self, fault: Fault) {
-        self.latched.get_or_insert(fault);
+    /// All latched faults.
+    #[must_use]
+    pub const fn faults(&self) -> FaultSet {
+        self.faults
+    }
+
+    /// Latches a fault; of those that vent the first stays the one that is told.
+    pub const fn latch(&mut self, fault: Fault) {
+        self.faults.insert(fault);
+        if self.latched.is_none() && FaultSet::of(fault).intersects(FaultSet::VENTING) {
+            self.latched = Some(fault);
+        }
     }
 
     /// Clears the latched fault, if nothing that would latch one is present in `inputs` any more.
@@ -73,7 +91,7 @@ impl Supervisor {
     /// # Errors
     /// [`Rejection::NoFault`] or [`Rejection::CauseStillPresent`].
     pub fn clear(&mut self, inputs: &Inputs) -> Result<(), Rejection> {
-        if self.latched.is_none() {
+        if self.faults.is_empty() {
             return Err(Rejection::NoFault);
         }
         let plausible = matches!(inputs.manifold, Reading::Valid(pressure) if pressure <= MANIFOLD_LIMIT);
