@@ -43,8 +43,8 @@ pub struct Ahead {
 pub struct Observer {
     pneumatics: Pneumatics,
     /// The model, a dead time ahead.
-    manifold: Pressure,
-    chambers: PerSegment<Pressure>,
+    ahead_manifold: Pressure,
+    ahead_chambers: PerSegment<Pressure>,
     sags: PerSegment<Pressure>,
     /// In manifold volumes, and one over it.
     volumes: PerSegment<I16F16>,
@@ -60,8 +60,8 @@ pub struct Observer {
     /// Whose volume is next.
     turn: usize,
     /// Of this moment.
-    fast: Pressure,
-    now: PerSegment<Pressure>,
+    manifold: Pressure,
+    chambers: PerSegment<Pressure>,
     flows: PerSegment<I16F16>,
     innovation: Pressure,
     pump_gain: I16F16,
@@ -83,8 +83,8 @@ impl Observer {
     pub const fn new(pneumatics: Pneumatics) -> Self {
         Self {
             pneumatics,
-            manifold: Pressure::ZERO,
-            chambers: [Pressure::ZERO; 3],
+            ahead_manifold: Pressure::ZERO,
+            ahead_chambers: [Pressure::ZERO; 3],
             sags: [Pressure::ZERO; 3],
             volumes: [pneumatics.chamber_ratio; 3],
             shares: [I16F16::ONE; 3],
@@ -94,8 +94,8 @@ impl Observer {
             courses: [Course { sensor: 0, chambers: [0; 3] }; COURSES],
             newest: 0,
             turn: 0,
-            fast: Pressure::ZERO,
-            now: [Pressure::ZERO; 3],
+            manifold: Pressure::ZERO,
+            chambers: [Pressure::ZERO; 3],
             flows: [I16F16::ZERO; 3],
             innovation: Pressure::ZERO,
             pump_gain: I16F16::ONE,
@@ -107,7 +107,7 @@ impl Observer {
 
     /// Takes this tick's sensor reading, before the regulator decides.
     pub fn measure(&mut self, manifold: Pressure) {
-        self.fast = low_pass(self.fast, manifold, 2);
+        self.manifold = low_pass(self.manifold, manifold, 2);
         let dead = self.pneumatics.dead_ticks.get();
         let course = self.course(dead);
         let foretold = self.foretold();
@@ -116,11 +116,11 @@ impl Observer {
         self.innovation = innovation;
 
         let step = innovation.to_bits() >> MANIFOLD_SHIFT;
-        self.manifold = self.manifold + Pressure::from_bits(step);
+        self.ahead_manifold = self.ahead_manifold + Pressure::from_bits(step);
         self.sensor = self.sensor + Pressure::from_bits(step);
         self.shift.sensor = self.shift.sensor.wrapping_add(step);
         let step = innovation.to_bits() >> CHAMBER_SHIFT;
-        let per_chamber = self.chambers.iter_mut().zip(&mut self.shift.chambers).zip(&self.valve_open);
+        let per_chamber = self.ahead_chambers.iter_mut().zip(&mut self.shift.chambers).zip(&self.valve_open);
         for ((chamber, shift), &open) in per_chamber {
             if open >> dead & 1 == 1 {
                 *chamber = *chamber + Pressure::from_bits(step);
@@ -128,7 +128,7 @@ impl Observer {
             }
         }
         for (((now, flow), before), shift) in
-            self.now.iter_mut().zip(&mut self.flows).zip(course.chambers).zip(self.shift.chambers)
+            self.chambers.iter_mut().zip(&mut self.flows).zip(course.chambers).zip(self.shift.chambers)
         {
             let pressure = Pressure::from_bits(before.wrapping_add(shift));
             *flow = (pressure - *now).to_fixed();
@@ -155,20 +155,20 @@ impl Observer {
         let target = if actuation.pump { I16F16::ONE } else { I16F16::ZERO };
         let missing = target.saturating_sub(self.pump_speed);
         self.pump_speed = self.pump_speed.saturating_add(model.pump_spin.saturating_mul(missing));
-        let before = self.manifold;
+        let before = self.ahead_manifold;
         let mut flow = self.full_flow(before).saturating_mul(self.pump_speed);
         if actuation.dump == Passage::Open {
             flow = flow.saturating_sub(model.valve_flow(before, Pressure::ZERO));
         }
-        for ((chamber, &share), passage) in self.chambers.iter_mut().zip(&self.shares).zip(actuation.segments) {
+        for ((chamber, &share), passage) in self.ahead_chambers.iter_mut().zip(&self.shares).zip(actuation.segments) {
             if passage == Passage::Open {
                 let into = model.valve_flow(before, *chamber);
                 flow = flow.saturating_sub(into);
                 *chamber = *chamber + Pressure::from_fixed(into.saturating_mul(share));
             }
         }
-        self.manifold = before + Pressure::from_fixed(flow);
-        let seen = before.midpoint(self.manifold) - self.sensor;
+        self.ahead_manifold = before + Pressure::from_fixed(flow);
+        let seen = before.midpoint(self.ahead_manifold) - self.sensor;
         self.sensor = self.sensor + seen.scaled(model.sensor_share);
         self.grow();
 
@@ -176,7 +176,7 @@ impl Observer {
         let shift = self.shift;
         if let Some(course) = self.courses.get_mut(self.newest) {
             course.sensor = self.sensor.to_bits().wrapping_sub(shift.sensor);
-            for ((course, chamber), shift) in course.chambers.iter_mut().zip(self.chambers).zip(shift.chambers) {
+            for ((course, chamber), shift) in course.chambers.iter_mut().zip(self.ahead_chambers).zip(shift.chambers) {
                 *course = chamber.to_bits().wrapping_sub(shift);
             }
         }
@@ -190,7 +190,7 @@ impl Observer {
         let (Some(volume), Some(share), Some(chamber), Some(sag)) = (
             self.volumes.get_mut(index),
             self.shares.get_mut(index),
-            self.chambers.get_mut(index),
+            self.ahead_chambers.get_mut(index),
             self.sags.get_mut(index),
         ) else {
             return;
@@ -222,10 +222,10 @@ impl Observer {
     pub fn ahead(&self) -> Ahead {
         let ticks = self.pump_speed.saturating_mul(self.pneumatics.pump_run_down);
         Ahead {
-            manifold: self.manifold,
-            chambers: self.chambers,
+            manifold: self.ahead_manifold,
+            chambers: self.ahead_chambers,
             sags: self.sags,
-            coming: Pressure::from_fixed(self.full_flow(self.manifold).saturating_mul(ticks)),
+            coming: Pressure::from_fixed(self.full_flow(self.ahead_manifold).saturating_mul(ticks)),
         }
     }
 
@@ -233,6 +233,13 @@ impl Observer {
     #[must_use]
     pub const fn volumes(&self) -> PerSegment<I16F16> {
         self.volumes
+    }
+
+    /// Volume of the manifold and `group`, in manifold volumes; at least one.
+    #[must_use]
+    pub fn volume(&self, group: PerSegment<bool>) -> I16F16 {
+        let members = self.volumes.iter().zip(group).filter(|&(_, member)| member);
+        members.fold(I16F16::ONE, |sum, (&volume, _)| sum.saturating_add(volume))
     }
 
     /// What the last reading was off from what had been foretold of it.
@@ -250,7 +257,7 @@ impl Observer {
     /// Estimated gauge pressure of each chamber now.
     #[must_use]
     pub const fn chambers(&self) -> PerSegment<Pressure> {
-        self.now
+        self.chambers
     }
 
     /// Rate of each chamber's pressure now, kPa per ms.
@@ -262,7 +269,7 @@ impl Observer {
     /// The manifold's gauge pressure, filtered over about 4 ms.
     #[must_use]
     pub const fn manifold(&self) -> Pressure {
-        self.fast
+        self.manifold
     }
 
     /// Ticks of pump flow that were commanded and have not arrived yet.
@@ -287,14 +294,14 @@ impl Observer {
     #[must_use]
     pub fn level(&self, group: PerSegment<bool>) -> Pressure {
         let (mut excess, mut volume) = (I16F16::ZERO, I16F16::ONE);
-        for ((&chamber, &ratio), member) in self.now.iter().zip(&self.volumes).zip(group) {
+        for ((&chamber, &ratio), member) in self.chambers.iter().zip(&self.volumes).zip(group) {
             if member {
-                excess = excess.saturating_add(ratio.saturating_mul((chamber - self.fast).to_fixed()));
+                excess = excess.saturating_add(ratio.saturating_mul((chamber - self.manifold).to_fixed()));
                 volume = volume.saturating_add(ratio);
             }
         }
         let share = divide(excess, volume).unwrap_or(I16F16::ZERO);
-        self.fast + Pressure::from_fixed(share)
+        self.manifold + Pressure::from_fixed(share)
     }
 }
 

@@ -1,11 +1,34 @@
 //! Pump, dump valve and three segment valves to per-segment setpoints, through one sensor on the manifold.
+//!
+//! ```text
+//!              some setpoint above zero              someone is beyond the band
+//!  Venting ───────────────────────────▶ Resting ─────────────────────────────────▶ Moving up or down
+//!     ▲                                  │  ▲  ▲                                      │   │  ▲
+//!     │ every setpoint zero              │  │  └──────────────────────────────────────┘   └──┘
+//!     └── from any phase       a closed  │  │ manifold there,    all who wanted have it,     the other way
+//!                              chamber   ▼  │ its valve opens    nobody is off               is worse
+//!                              is due   Looking
+//! ```
+//!
+//! All decisions are by the observer's model, which is a dead time ahead: what is commanded now acts there now. While
+//! *moving*, the manifold is a rail above (or below) the chambers that want air (or want to lose it): each has its valve open
+//! until it will have arrived, and the pump (or the dump valve) works until the rail holds the air that is missing. So
+//! chambers at one level rise together; of those with different setpoints each is let go on the way, and each that the level
+//! passes is taken in. Who is filled or emptied fast will recoil as it grows or shrinks, and is taken a little further.
+//! *Resting*, valves stay open where manifold and chambers will rest at their setpoints: then they are seen. A closed chamber
+//! is *looked* at after a while: the manifold, alone, is brought to its pressure, then its valve opens.
+//!
+//! A setpoint that moves is followed where it will be when commands act, with a wide band and a lead of the same size: few
+//! switchings, and no lag on the mean.
 
 use crate::actuation::{Actuation, Passage, PerSegment};
 use crate::observer::{Ahead, Observer};
 use crate::units::Pressure;
 use fixed::types::I16F16;
 
+mod flow;
 mod reference;
+
 use reference::Setpoint;
 
 /// The highest pressure that the regulator asks of the manifold.
@@ -21,6 +44,9 @@ const fn milli_kpa(value: i32) -> Pressure {
 
 /// A chamber at rest is served when it is off by more than this: a little under the sensor's display resolution.
 const HOLD_BAND: Pressure = milli_kpa(800);
+/// The same when the manifold has a long way to it: the way is worth more than a small error.
+const FAR_BAND: Pressure = milli_kpa(1300);
+const FAR: Pressure = milli_kpa(10_000);
 /// The same while its setpoint moves: following closer would only wear relay and valves.
 const MOVING_BAND: Pressure = milli_kpa(2000);
 /// The same when the setpoint comes towards the chamber by itself.
@@ -98,6 +124,8 @@ pub struct Regulator {
     pump_ticks: u32,
     dump_ticks: u32,
     valve_ticks: PerSegment<u32>,
+    /// Whose pressure the manifold has, nearly.
+    level: Group,
     /// Ticks since each chamber was seen at rest, and how often it was since its setpoint moved.
     unseen: PerSegment<u32>,
     looks: PerSegment<u8>,
@@ -139,6 +167,7 @@ impl Regulator {
             pump_ticks: u32::MAX,
             dump_ticks: u32::MAX,
             valve_ticks: [u32::MAX; 3],
+            level: NONE,
             unseen: [0; 3],
             looks: [0; 3],
         }
@@ -163,6 +192,10 @@ impl Regulator {
         let ahead_ticks = observer.pneumatics().dead_ticks.get();
         for ((error, setpoint), &chamber) in view.errors.iter_mut().zip(&self.setpoints).zip(&view.ahead.chambers) {
             *error = setpoint.after(ahead_ticks) - chamber;
+        }
+        for index in 0..3 {
+            let level = (view.ahead.manifold - get(&view.ahead.chambers, index)).abs() < LOOK_BAND;
+            set(&mut self.level, index, level);
         }
         let actuation = self.act(jumped, &view);
         self.remember(actuation);
@@ -223,14 +256,14 @@ impl Regulator {
                     let far = if self.follows(index, direction) { MOVING_BAND } else { Pressure::ZERO };
                     let done = near || signed + self.beyond(index, direction, view) + far <= Pressure::ZERO;
                     set(&mut self.wants, index, !done || jumped && signed > JOIN_BAND);
-                } else if signed > if jumped { JOIN_BAND } else { self.band(index, direction) } {
+                } else if signed > if jumped { JOIN_BAND } else { self.band(index, direction, view) } {
                     set(&mut self.wants, index, true);
                 }
             }
         }
         let off = |direction: Direction| {
             (0..3)
-                .map(|index| self.lasting(index, direction, view) - self.band(index, direction))
+                .map(|index| Self::lasting(index, direction, view) - self.band(index, direction, view))
                 .max()
                 .unwrap_or(Pressure::ZERO)
         };
@@ -269,7 +302,7 @@ impl Regulator {
     }
 
     /// How far a chamber is behind, less what its own growth will mend.
-    fn lasting(&self, index: usize, direction: Direction, view: &View) -> Pressure {
+    fn lasting(index: usize, direction: Direction, view: &View) -> Pressure {
         let error = direction.signed(get(&view.errors, index));
         let mends = (Pressure::ZERO - direction.signed(get(&view.ahead.sags, index))).clamp(Pressure::ZERO, SAG_MOST);
         error - mends.midpoint(Pressure::ZERO)
@@ -281,7 +314,9 @@ impl Regulator {
             let signed = direction.signed(get(&view.errors, index));
             // Who follows alongside comes along, so that its valve can stay open.
             let along = self.follows(index, direction) && signed > Pressure::ZERO - MOVING_BAND;
-            let joins = signed > JOIN_BAND || along;
+            // For a small error the manifold makes no long way.
+            let near = (view.ahead.manifold - get(&view.ahead.chambers, index)).abs() < FAR;
+            let joins = signed > if near { JOIN_BAND } else { self.band(index, direction, view) } || along;
             set(&mut self.wants, index, joins);
             // Who needs air once more may leak, and is looked at soon again.
             if let (true, Some(looks)) = (joins, self.looks.get_mut(index)) {
@@ -307,12 +342,14 @@ impl Regulator {
     }
 
     /// From which error on a chamber is served.
-    fn band(&self, index: usize, direction: Direction) -> Pressure {
+    fn band(&self, index: usize, direction: Direction, view: &View) -> Pressure {
         self.setpoints.get(index).map_or(HOLD_BAND, |setpoint| {
             if setpoint.moves() {
                 if setpoint.recedes(direction == Direction::Rise) { AGAINST_BAND } else { MOVING_BAND }
             } else if setpoint.value == Pressure::ZERO {
                 EMPTY
+            } else if (view.ahead.manifold - get(&view.ahead.chambers, index)).abs() > FAR {
+                FAR_BAND
             } else {
                 HOLD_BAND
             }
@@ -328,113 +365,8 @@ impl Regulator {
         sag.midpoint(Pressure::ZERO).clamp(Pressure::ZERO, SAG_MOST)
     }
 
-    /// Pump or dump, and the valves of those who want.
-    fn flow(&mut self, direction: Direction, view: &View) -> Actuation {
-        let mut actuation = self.last;
-        let manifold = view.ahead.manifold;
-        // Air that is missing, and the level at which the manifold has to end for it to arrive.
-        let (mut missing, mut end) = (I16F16::ZERO, Pressure::MIN);
-        let mut starved = false;
-        let furthest = (0..3)
-            .filter(|&index| member(self.wants, index))
-            .map(|index| direction.signed(get(&view.errors, index)) + self.beyond(index, direction, view))
-            .max()
-            .unwrap_or(Pressure::ZERO);
-        let ending = furthest < milli_kpa(500);
-        for index in 0..3 {
-            let chamber = get(&view.ahead.chambers, index);
-            let wants = member(self.wants, index);
-            let above = direction.signed(manifold - chamber);
-            let was_open = self.last.segments.get(index) == Some(&Passage::Open);
-            let open = if wants {
-                above > if was_open { Pressure::ZERO - BACKFLOW_BAND } else { milli_kpa(300) }
-            } else {
-                was_open && self.set_moves(index) && above.abs() < LEVEL_BAND
-                    || was_open
-                        && ending
-                        && direction.signed(get(&view.errors, index)) > Pressure::ZERO - milli_kpa(1500)
-                    || was_open && get(&self.valve_ticks, index) < VALVE_MIN_TICKS
-            };
-            if let Some(passage) = actuation.segments.get_mut(index) {
-                *passage = if open { Passage::Open } else { Passage::Closed };
-            }
-            if wants {
-                let error = direction.signed(get(&view.errors, index));
-                let goal = error + self.beyond(index, direction, view);
-                missing = missing.saturating_add(get(&view.volumes, index).saturating_mul(goal.to_fixed()));
-                end = end.max(direction.signed(chamber) + goal);
-                starved |= above < milli_kpa(1000);
-            }
-        }
-        // All who are served follow one level.
-        let together = (0..3).filter(|&index| member(self.wants, index)).all(|index| {
-            let setpoint =
-                direction.signed(get(&view.ahead.chambers, index)) + direction.signed(get(&view.errors, index));
-            self.follows(index, direction) && (setpoint - end).abs() < milli_kpa(6000)
-        });
-        let short = missing.saturating_add((end - direction.signed(manifold)).to_fixed());
-        let coming = if direction == Direction::Rise { view.ahead.coming.to_fixed() } else { I16F16::ZERO };
-        let minimum = self.last.pump && self.pump_ticks < PUMP_MIN_TICKS;
-        if together && short <= coming && !minimum {
-            // The rest comes by itself, and through open valves.
-            (self.phase, self.wants) = (Phase::Resting, NONE);
-            return Actuation { segments: actuation.segments, ..Actuation::HOLD };
-        }
-        match direction {
-            Direction::Rise => {
-                let coming = view.ahead.coming.to_fixed();
-                let more = short
-                    > if self.last.pump || starved {
-                        coming
-                    } else {
-                        coming.saturating_add(const { I16F16::lit("6") })
-                    };
-                let keeps = self.pump_ticks < PUMP_MIN_TICKS;
-                let full = view.full();
-                actuation.pump = if keeps { self.last.pump } else { more } && !full && self.wants != NONE;
-                actuation.dump = Passage::Closed;
-            }
-            Direction::Fall => {
-                actuation.pump = false;
-                let more = short > I16F16::ZERO;
-                let keeps = self.dump_ticks < VALVE_MIN_TICKS;
-                let open = if keeps { self.last.dump == Passage::Open } else { more } && self.wants != NONE;
-                actuation.dump = if open { Passage::Open } else { Passage::Closed };
-            }
-        }
-        actuation
-    }
-
     fn set_moves(&self, index: usize) -> bool {
         self.setpoints.get(index).is_some_and(Setpoint::moves)
-    }
-
-    /// Valves stay open as long as their chambers will rest together where they should: then they go on being seen.
-    fn rest(&mut self, view: &View) -> Actuation {
-        let mut actuation = Actuation { segments: self.last.segments, ..Actuation::HOLD };
-        let manifold = view.ahead.manifold + view.ahead.coming;
-        let opened = |index: usize| self.last.segments.get(index) == Some(&Passage::Open);
-        let (mut air, mut volume) = (manifold.to_fixed(), I16F16::ONE);
-        for index in (0..3).filter(|&index| opened(index)) {
-            let own = get(&view.volumes, index);
-            volume = volume.saturating_add(own);
-            air = air.saturating_add(own.saturating_mul(get(&view.ahead.chambers, index).to_fixed()));
-        }
-        for index in (0..3).filter(|&index| opened(index)) {
-            let chamber = get(&view.ahead.chambers, index);
-            let setpoint = chamber + get(&view.errors, index);
-            // The level less the setpoint, times the volume: nothing is divided.
-            let excess = air.saturating_sub(volume.saturating_mul(setpoint.to_fixed())).saturating_abs();
-            let band = if self.set_moves(index) { STAY_MOVING } else { STAY };
-            let looking = get(&self.valve_ticks, index) < LOOK_TICKS && (manifold - chamber).abs() < milli_kpa(3500);
-            if excess > volume.saturating_mul(band.to_fixed())
-                && !looking
-                && let Some(passage) = actuation.segments.get_mut(index)
-            {
-                *passage = Passage::Closed;
-            }
-        }
-        actuation
     }
 
     fn look_due(&self, index: usize, view: &View) -> bool {
@@ -443,34 +375,6 @@ impl Regulator {
         let holds = self.setpoints.get(index).is_some_and(|setpoint| setpoint.value > Pressure::ZERO);
         let closed = self.last.segments.get(index) == Some(&Passage::Closed);
         full && holds && closed && after.is_some_and(|&ticks| get(&self.unseen, index) > ticks)
-    }
-
-    /// Brings the manifold, alone, to a chamber's pressure, and opens it.
-    fn look(&mut self, index: usize, view: &View) -> Actuation {
-        let mut actuation = Actuation::HOLD;
-        let manifold = view.ahead.manifold;
-        let chamber = get(&view.ahead.chambers, index);
-        let off = manifold + view.ahead.coming - chamber;
-        if off.abs() < LOOK_BAND && view.ahead.coming < milli_kpa(1000) {
-            self.phase = Phase::Resting;
-            for other in 0..3 {
-                let near = (get(&view.ahead.chambers, other) - chamber).abs() < milli_kpa(1000);
-                if other == index || near && self.look_due(other, view) {
-                    set_open(&mut actuation, other);
-                }
-            }
-            return actuation;
-        }
-        if off > Pressure::ZERO {
-            let keeps = self.last.dump == Passage::Open && self.dump_ticks < VALVE_MIN_TICKS;
-            if keeps || off > milli_kpa(1000) {
-                actuation.dump = Passage::Open;
-            }
-        } else {
-            let keeps = self.last.pump && self.pump_ticks < PUMP_MIN_TICKS;
-            actuation.pump = (keeps || off < Pressure::ZERO - milli_kpa(1000)) && !view.full();
-        }
-        actuation
     }
 }
 

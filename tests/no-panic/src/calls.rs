@@ -225,6 +225,7 @@ fn observer() {
     consume(Observer::pneumatics(&observer));
     consume(Observer::level(&observer, any([false; 3])));
     consume(Observer::volumes(&observer));
+    consume(Observer::volume(&observer, any([false; 3])));
 }
 
 #[inline(never)]
