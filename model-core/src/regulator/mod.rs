@@ -42,8 +42,8 @@ const fn milli_kpa(value: i32) -> Pressure {
     Pressure::from_milli_kpa(value)
 }
 
-/// A chamber at rest is served when it is off by more than this: a little under the sensor's display resolution.
-const HOLD_BAND: Pressure = milli_kpa(800);
+/// A chamber at rest is served when it is off by more than this: half of the sensor's display resolution.
+const HOLD_BAND: Pressure = milli_kpa(500);
 /// The same when the manifold has a long way to it: the way is worth more than a small error.
 const FAR_BAND: Pressure = milli_kpa(1300);
 const FAR: Pressure = milli_kpa(10_000);
@@ -56,7 +56,7 @@ const MOVING_LEAD: Pressure = milli_kpa(1800);
 /// When a service begins, chambers that are off by more than this come along.
 const JOIN_BAND: Pressure = milli_kpa(250);
 /// The most by which a chamber is taken beyond its setpoint because it will sag.
-const SAG_MOST: Pressure = milli_kpa(1300);
+const SAG_MOST: Pressure = milli_kpa(1000);
 /// Below this a chamber whose setpoint is zero counts as empty.
 const EMPTY: Pressure = milli_kpa(700);
 /// A valve that has done its work stays open when the manifold is within this of its chamber.
