@@ -3,6 +3,10 @@
 //! It ends with 0 when all went well, 1 when something failed on the way or a fault ended the run, 2 when the input was
 //! wrong, a folder that cannot be written to among it.
 
+use crate::campaign;
+use crate::campaign::draw::{Case, Choice};
+use crate::campaign::kind::Kind;
+use crate::campaign::shard::{Campaign, Part, Shard};
 use crate::eval::{self, EvalError, Function};
 use crate::methods::{self, Entry};
 use crate::metrics::{Summary, summarise};
@@ -13,6 +17,7 @@ use crate::trace::Trace;
 use anyhow::{Result, anyhow};
 use clap::{Args, Parser, Subcommand};
 use model_core::calibration;
+use model_core::controller::Controller;
 use model_core::sequence::{self, library};
 use model_core::units::{CoefficientError, Coefficients, Pressure};
 use std::io::Write;
@@ -66,6 +71,63 @@ enum Command {
         #[arg(long, value_name = "DIR", default_value = "target/pareto")]
         out: PathBuf,
     },
+    /// Runs random plants, programs and faults by the thousand, and judges what the supervisor makes of them.
+    Campaign(CampaignArguments),
+}
+
+#[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true)]
+struct CampaignArguments {
+    #[command(subcommand)]
+    merge: Option<CampaignCommand>,
+    /// How many runs.
+    #[arg(long, value_name = "N", default_value_t = 1000)]
+    runs: u64,
+    /// Seed: with a run's number it decides everything about that run.
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// Every run has this fault.
+    #[arg(long, value_name = "NAME", value_parser = known_fault)]
+    fault: Option<String>,
+    /// Every run has this program: a built-in sequence, or by-hand.
+    #[arg(long, value_name = "NAME", value_parser = known_program)]
+    sequence: Option<String>,
+    /// Of N parts of the campaign the I-th, from 1: to be joined by `campaign merge`.
+    #[arg(long, value_name = "I/N", value_parser = Shard::parse)]
+    shard: Option<Shard>,
+    /// Makes these runs once more, with all that happened and the ordinary report of each.
+    #[arg(long, value_name = "RUN", num_args = 1.., conflicts_with = "shard")]
+    replay: Vec<u64>,
+    /// Prints JSON.
+    #[arg(long)]
+    json: bool,
+    /// Where result, tables, picture and reports go.
+    #[arg(long, value_name = "DIR", default_value = "target/campaign")]
+    out: PathBuf,
+}
+
+#[derive(Debug, Subcommand)]
+enum CampaignCommand {
+    /// Joins the results of all shards: the same counts as of one machine.
+    Merge {
+        /// The shards' `campaign.json` files, in any order.
+        #[arg(value_name = "FILES", required = true)]
+        files: Vec<PathBuf>,
+        /// Prints JSON.
+        #[arg(long)]
+        json: bool,
+        /// Where result, tables and picture go.
+        #[arg(long, value_name = "DIR", default_value = "target/campaign")]
+        out: PathBuf,
+    },
+}
+
+fn known_fault(name: &str) -> Result<String, String> {
+    Kind::find(name).map(Kind::name)
+}
+
+fn known_program(name: &str) -> Result<String, String> {
+    Choice::find(name).map(|choice| choice.name().to_owned())
 }
 
 #[derive(Debug, Args)]
@@ -184,6 +246,11 @@ fn execute(arguments: Arguments, on_elf: Option<OnElf>) -> u8 {
         }
         Some(Command::Pareto { plant: true, json, out }) => pareto_plant(json, &out),
         Some(Command::Pareto { plant: false, json, out }) => pareto_inverse(json, &out),
+        Some(Command::Campaign(arguments)) => match &arguments.merge {
+            Some(CampaignCommand::Merge { files, json, out }) => campaign_merge(files, *json, out),
+            None if arguments.replay.is_empty() => campaign_run(&arguments),
+            None => campaign_replay(&arguments),
+        },
     };
     match outcome {
         Ok(()) => 0,
@@ -359,6 +426,69 @@ fn pareto_plant(json: bool, out: &Path) -> Result<(), Failure> {
         ("plant-pareto.json", &data),
     ])?;
     print(&if json { data } else { pareto::plant::text(&report) })?;
+    Ok(())
+}
+
+fn campaign_of(arguments: &CampaignArguments) -> Campaign {
+    Campaign {
+        schema: campaign::shard::SCHEMA,
+        seed: arguments.seed,
+        runs: arguments.runs,
+        fault: arguments.fault.clone(),
+        sequence: arguments.sequence.clone(),
+    }
+}
+
+fn campaign_run(arguments: &CampaignArguments) -> Result<(), Failure> {
+    let folder = Folder::prepare(&arguments.out).map_err(|error| Failure::Input(format!("{error:#}")))?;
+    let of = campaign_of(arguments);
+    let shard = arguments.shard.unwrap_or(Shard::WHOLE);
+    let bar = crate::progress::bar(shard.runs(of.runs) as usize, "runs");
+    let result = campaign::run_all::<Controller>(&of, shard, &bar);
+    bar.finish_and_clear();
+    campaign_tell(&Part { campaign: of, shard: arguments.shard, result }, arguments.json, &folder)
+}
+
+fn campaign_merge(files: &[PathBuf], json: bool, out: &Path) -> Result<(), Failure> {
+    let folder = Folder::prepare(out).map_err(|error| Failure::Input(format!("{error:#}")))?;
+    let read = |path: &PathBuf| match std::fs::read_to_string(path) {
+        Ok(text) => Ok((path.display().to_string(), text)),
+        Err(error) => Err(Failure::Input(format!("cannot read {}: {error}", path.display()))),
+    };
+    let parts = files.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+    let whole = campaign::shard::merge(&parts).map_err(|error| Failure::Input(format!("{error:#}")))?;
+    campaign_tell(&whole, json, &folder)
+}
+
+/// Writes and prints a result; one with violations ends in an error.
+fn campaign_tell(part: &Part, json: bool, folder: &Folder) -> Result<(), Failure> {
+    let data = part.json()?;
+    let text = campaign::text(part);
+    folder.write(&[
+        ("campaign.json", data.as_str()),
+        ("campaign.md", &campaign::markdown(part)),
+        ("campaign.csv", &campaign::csv(part)?),
+        ("campaign.txt", &text),
+        ("detection-matrix.svg", &campaign::picture(part)?),
+    ])?;
+    print(if json { &data } else { &text })?;
+    match part.result.violated() {
+        0 => Ok(()),
+        violated => Err(Failure::Run(anyhow!("properties were violated {violated} times: see the failing runs"))),
+    }
+}
+
+fn campaign_replay(arguments: &CampaignArguments) -> Result<(), Failure> {
+    let filter = campaign_of(arguments).filter();
+    for &index in &arguments.replay {
+        let place = arguments.out.join(format!("run-{index}"));
+        let folder = Folder::prepare(&place).map_err(|error| Failure::Input(format!("{error:#}")))?;
+        let case = Case::draw(arguments.seed, index, &filter);
+        let (outcome, trace) = campaign::replay::replay(&case, arguments.seed);
+        let files = report::write(&folder, &trace, &summarise(&trace), &case.plant)?;
+        let text = campaign::replay::text(&case, &outcome);
+        print(&format!("{text}  report: {}\n", files[0].display()))?;
+    }
     Ok(())
 }
 
