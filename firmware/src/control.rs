@@ -10,11 +10,12 @@ use embassy_stm32::gpio::{Input, Output};
 use embassy_time::{Duration, with_timeout};
 use finger_drivers::settings::{Settings, Store};
 use fixed::types::I8F24;
+use model_core::actuation::PerSegment;
 use model_core::calibration;
 use model_core::controller::{Command, Controller, Inputs, Mode, Outputs, Reading};
-use model_core::protocol::{Identity, LinkCommand, Reason, Report, Request};
+use model_core::protocol::{Effect, Identity, LinkCommand, Reason, Report, Request, handle};
 use model_core::sequence::library;
-use model_core::units::{Coefficients, Millis, Pressure};
+use model_core::units::{Coefficients, Millis};
 
 /// A sample that is this late is missing: the core is told that its sensors fail, and vents after its own time.
 const LATE: Duration = Duration::from_millis(3);
@@ -28,7 +29,7 @@ const DEBOUNCE_TICKS: u8 = 30;
 pub struct Snapshot {
     pub at: Millis,
     pub outputs: Outputs,
-    pub coefficients: Coefficients,
+    pub coefficients: PerSegment<Coefficients>,
     pub overruns: u16,
     pub tick_cycles: u32,
     pub worst_tick_cycles: u32,
@@ -144,40 +145,24 @@ fn show(panel: &mut Panel, mode: Mode) {
 
 fn answer(controller: &mut Controller, store: &mut SettingsStore, request: Request) {
     let id = request.id;
-    let report = match take(controller, store, &request.command) {
-        Ok(()) if request.command == LinkCommand::Identify => Report::Identity(identity(controller, id)),
-        Ok(()) => Report::Ack { id },
+    let report = match handle(controller, &request.command) {
+        Ok(Effect::IdentityAsked) => Report::Identity(identity(controller, id)),
+        Ok(Effect::Nothing) => Report::Ack { id },
+        Ok(Effect::SettingsChanged) => match save(controller, store) {
+            Ok(()) => Report::Ack { id },
+            Err(reason) => Report::Nack { id, reason },
+        },
         Err(reason) => Report::Nack { id, reason },
     };
     // A full queue means that the host does not read: it asks again.
     let _ = link::ANSWERS.try_send(report);
 }
 
-fn take(controller: &mut Controller, store: &mut SettingsStore, command: &LinkCommand) -> Result<(), Reason> {
-    let command = match command {
-        LinkCommand::Identify | LinkCommand::Beat => return Ok(()),
-        LinkCommand::Run(name) => Command::Run(library::find(name).ok_or(Reason::UnknownSequence)?),
-        LinkCommand::Pause => Command::Pause,
-        LinkCommand::Resume => Command::Resume,
-        LinkCommand::Vent => Command::Vent,
-        LinkCommand::Setpoints(bits) => Command::Setpoints(bits.map(Pressure::from_bits)),
-        LinkCommand::ZeroSensors => Command::ZeroSensors,
-        LinkCommand::Calibrate { k, c1, c2 } => {
-            let [k, c1, c2] = [*k, *c1, *c2].map(I8F24::from_bits);
-            Command::Calibrate(Coefficients::new(k, c1, c2).map_err(|_| Reason::CoefficientOutOfLimits)?)
-        }
-        LinkCommand::ClearFault => Command::ClearFault,
-    };
-    let changes_settings = matches!(command, Command::ZeroSensors | Command::Calibrate(_));
-    controller.command(command).map_err(Reason::from)?;
-    if changes_settings { save(controller, store) } else { Ok(()) }
-}
-
 /// With what was stored, or from the defaults.
 fn restore(store: &mut SettingsStore) -> Controller {
     let Some(settings) = store.load() else {
         defmt::info!("no settings stored: defaults");
-        return Controller::with_self_test(calibration::DEFAULT);
+        return Controller::with_self_test([calibration::DEFAULT; 3]);
     };
     let mut controller = Controller::with_self_test(settings.coefficients);
     controller.restore_zeros(settings.pressure_zero, settings.bend_zero);
@@ -213,7 +198,7 @@ fn identity(controller: &Controller, id: u16) -> Identity {
         firmware: heapless::String::try_from(env!("CARGO_PKG_VERSION")).unwrap_or_default(),
         serial: [word(0), word(4), word(8)],
         reset_cause: crate::reset::cause(),
-        coefficients: [coefficients.k(), coefficients.c1(), coefficients.c2()].map(I8F24::to_bits),
+        coefficients: coefficients.map(|own| [own.k(), own.c1(), own.c2()].map(I8F24::to_bits)),
         pressure_zero: controller.pressure_zero().to_bits(),
         bend_zero: controller.bend_zero().to_bits(),
         sequences: library::ALL.len() as u8,

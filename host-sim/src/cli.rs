@@ -3,10 +3,8 @@
 //! It ends with 0 when all went well, 1 when something failed on the way or a fault ended the run, 2 when the input was
 //! wrong, a folder that cannot be written to among it.
 
-use crate::campaign;
-use crate::campaign::draw::{Case, Choice};
-use crate::campaign::kind::Kind;
-use crate::campaign::shard::{Campaign, Part, Shard};
+use crate::campaign::command::{self as campaign, CampaignArguments};
+use crate::compare;
 use crate::eval::{self, EvalError, Function};
 use crate::methods::{self, Entry};
 use crate::metrics::{Summary, summarise};
@@ -17,7 +15,6 @@ use crate::trace::Trace;
 use anyhow::{Result, anyhow};
 use clap::{Args, Parser, Subcommand};
 use model_core::calibration;
-use model_core::controller::Controller;
 use model_core::sequence::{self, library};
 use model_core::units::{CoefficientError, Coefficients, Pressure};
 use std::io::Write;
@@ -71,63 +68,37 @@ enum Command {
         #[arg(long, value_name = "DIR", default_value = "target/pareto")]
         out: PathBuf,
     },
+    /// Compares regulators on the same plant, noise, seeds and scenarios. Writes tables and pictures.
+    Compare(CompareArguments),
     /// Runs random plants, programs and faults by the thousand, and judges what the supervisor makes of them.
     Campaign(CampaignArguments),
 }
 
 #[derive(Debug, Args)]
-#[command(args_conflicts_with_subcommands = true)]
-struct CampaignArguments {
-    #[command(subcommand)]
-    merge: Option<CampaignCommand>,
-    /// How many runs.
-    #[arg(long, value_name = "N", default_value_t = 1000)]
-    runs: u64,
-    /// Seed: with a run's number it decides everything about that run.
-    #[arg(long, value_name = "S", default_value_t = 1)]
-    seed: u64,
-    /// Every run has this fault.
-    #[arg(long, value_name = "NAME", value_parser = known_fault)]
-    fault: Option<String>,
-    /// Every run has this program: a built-in sequence, or by-hand.
-    #[arg(long, value_name = "NAME", value_parser = known_program)]
-    sequence: Option<String>,
-    /// Of N parts of the campaign the I-th, from 1: to be joined by `campaign merge`.
-    #[arg(long, value_name = "I/N", value_parser = Shard::parse)]
-    shard: Option<Shard>,
-    /// Makes these runs once more, with all that happened and the ordinary report of each.
-    #[arg(long, value_name = "RUN", num_args = 1.., conflicts_with = "shard")]
-    replay: Vec<u64>,
+struct CompareArguments {
+    /// Only this scenario.
+    #[arg(long, value_name = "NAME", value_parser = scenario)]
+    scenario: Option<compare::scenario::Scenario>,
+    /// Seeds of the sensors' errors: 1 to this.
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=1000))]
+    seeds: u64,
+    /// Tunes the peers instead, with so many candidates each, and prints what it found.
+    #[arg(long, value_name = "CANDIDATES", num_args = 0..=1, default_missing_value = "400", conflicts_with_all = ["scenario", "seeds"])]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    tune: Option<u32>,
     /// Prints JSON.
     #[arg(long)]
     json: bool,
-    /// Where result, tables, picture and reports go.
-    #[arg(long, value_name = "DIR", default_value = "target/campaign")]
+    /// Where tables and pictures go.
+    #[arg(long, value_name = "DIR", default_value = "target/compare")]
     out: PathBuf,
 }
 
-#[derive(Debug, Subcommand)]
-enum CampaignCommand {
-    /// Joins the results of all shards: the same counts as of one machine.
-    Merge {
-        /// The shards' `campaign.json` files, in any order.
-        #[arg(value_name = "FILES", required = true)]
-        files: Vec<PathBuf>,
-        /// Prints JSON.
-        #[arg(long)]
-        json: bool,
-        /// Where result, tables and picture go.
-        #[arg(long, value_name = "DIR", default_value = "target/campaign")]
-        out: PathBuf,
-    },
-}
-
-fn known_fault(name: &str) -> Result<String, String> {
-    Kind::find(name).map(Kind::name)
-}
-
-fn known_program(name: &str) -> Result<String, String> {
-    Choice::find(name).map(|choice| choice.name().to_owned())
+fn scenario(name: &str) -> Result<compare::scenario::Scenario, String> {
+    compare::scenario::find(name).copied().ok_or_else(|| {
+        let known: Vec<_> = compare::scenario::ALL.iter().map(|scenario| scenario.name).collect();
+        format!("no scenario is named {name:?}; there are {}", known.join(", "))
+    })
 }
 
 #[derive(Debug, Args)]
@@ -167,7 +138,7 @@ pub type OnElf = fn(&Run, &mut dyn FnMut(u32, u32)) -> Result<Trace>;
 
 /// How a command failed.
 #[derive(Debug)]
-enum Failure {
+pub(crate) enum Failure {
     /// The input was wrong.
     Input(String),
     /// Something failed on the way.
@@ -246,11 +217,8 @@ fn execute(arguments: Arguments, on_elf: Option<OnElf>) -> u8 {
         }
         Some(Command::Pareto { plant: true, json, out }) => pareto_plant(json, &out),
         Some(Command::Pareto { plant: false, json, out }) => pareto_inverse(json, &out),
-        Some(Command::Campaign(arguments)) => match &arguments.merge {
-            Some(CampaignCommand::Merge { files, json, out }) => campaign_merge(files, *json, out),
-            None if arguments.replay.is_empty() => campaign_run(&arguments),
-            None => campaign_replay(&arguments),
-        },
+        Some(Command::Campaign(arguments)) => campaign::execute(&arguments),
+        Some(Command::Compare(arguments)) => compare_regulators(&arguments),
     };
     match outcome {
         Ok(()) => 0,
@@ -266,7 +234,7 @@ fn execute(arguments: Arguments, on_elf: Option<OnElf>) -> u8 {
 }
 
 /// Writes to stdout; a reader that has gone away (`| head`) is no error.
-fn print(text: &str) -> Result<()> {
+pub(crate) fn print(text: &str) -> Result<()> {
     match std::io::stdout().write_all(text.as_bytes()) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(anyhow!("cannot write to stdout: {error}")),
         _ => Ok(()),
@@ -429,66 +397,30 @@ fn pareto_plant(json: bool, out: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-fn campaign_of(arguments: &CampaignArguments) -> Campaign {
-    Campaign {
-        schema: campaign::shard::SCHEMA,
-        seed: arguments.seed,
-        runs: arguments.runs,
-        fault: arguments.fault.clone(),
-        sequence: arguments.sequence.clone(),
+fn compare_regulators(arguments: &CompareArguments) -> Result<(), Failure> {
+    if let Some(budget) = arguments.tune {
+        return tune_peers(budget as usize, arguments.json);
     }
-}
-
-fn campaign_run(arguments: &CampaignArguments) -> Result<(), Failure> {
     let folder = Folder::prepare(&arguments.out).map_err(|error| Failure::Input(format!("{error:#}")))?;
-    let of = campaign_of(arguments);
-    let shard = arguments.shard.unwrap_or(Shard::WHOLE);
-    let bar = crate::progress::bar(shard.runs(of.runs) as usize, "runs");
-    let result = campaign::run_all::<Controller>(&of, shard, &bar);
+    let scenarios = arguments.scenario.map_or_else(|| compare::scenario::ALL.to_vec(), |one| vec![one]);
+    let trials = scenarios.len() * compare::contender::Kind::ALL.len() * arguments.seeds as usize;
+    let bar = crate::progress::bar(trials, "trials");
+    let report = compare::measure(&scenarios, arguments.seeds, || bar.inc(1))?;
     bar.finish_and_clear();
-    campaign_tell(&Part { campaign: of, shard: arguments.shard, result }, arguments.json, &folder)
+    let data = format!("{:#}\n", serde_json::to_value(&report).map_err(anyhow::Error::from)?);
+    folder.write(&[("compare.json", data.as_str())])?;
+    print(&if arguments.json { data } else { compare::text(&report) })?;
+    Ok(())
 }
 
-fn campaign_merge(files: &[PathBuf], json: bool, out: &Path) -> Result<(), Failure> {
-    let folder = Folder::prepare(out).map_err(|error| Failure::Input(format!("{error:#}")))?;
-    let read = |path: &PathBuf| match std::fs::read_to_string(path) {
-        Ok(text) => Ok((path.display().to_string(), text)),
-        Err(error) => Err(Failure::Input(format!("cannot read {}: {error}", path.display()))),
-    };
-    let parts = files.iter().map(read).collect::<Result<Vec<_>, _>>()?;
-    let whole = campaign::shard::merge(&parts).map_err(|error| Failure::Input(format!("{error:#}")))?;
-    campaign_tell(&whole, json, &folder)
-}
-
-/// Writes and prints a result; one with violations ends in an error.
-fn campaign_tell(part: &Part, json: bool, folder: &Folder) -> Result<(), Failure> {
-    let data = part.json()?;
-    let text = campaign::text(part);
-    folder.write(&[
-        ("campaign.json", data.as_str()),
-        ("campaign.md", &campaign::markdown(part)),
-        ("campaign.csv", &campaign::csv(part)?),
-        ("campaign.txt", &text),
-        ("detection-matrix.svg", &campaign::picture(part)?),
-    ])?;
-    print(if json { &data } else { &text })?;
-    match part.result.violated() {
-        0 => Ok(()),
-        violated => Err(Failure::Run(anyhow!("properties were violated {violated} times: see the failing runs"))),
-    }
-}
-
-fn campaign_replay(arguments: &CampaignArguments) -> Result<(), Failure> {
-    let filter = campaign_of(arguments).filter();
-    for &index in &arguments.replay {
-        let place = arguments.out.join(format!("run-{index}"));
-        let folder = Folder::prepare(&place).map_err(|error| Failure::Input(format!("{error:#}")))?;
-        let case = Case::draw(arguments.seed, index, &filter);
-        let (outcome, trace) = campaign::replay::replay(&case, arguments.seed);
-        let files = report::write(&folder, &trace, &summarise(&trace), &case.plant)?;
-        let text = campaign::replay::text(&case, &outcome);
-        print(&format!("{text}  report: {}\n", files[0].display()))?;
-    }
+fn tune_peers(budget: usize, json: bool) -> Result<(), Failure> {
+    let peers = compare::contender::Kind::PEERS;
+    let bar = crate::progress::bar(budget * peers.len(), "candidates");
+    let all =
+        peers.map(|peer| compare::tune::tune(peer, budget, || bar.inc(1))).into_iter().collect::<Result<Vec<_>>>()?;
+    bar.finish_and_clear();
+    let data = serde_json::to_value(&all).map_err(anyhow::Error::from)?;
+    print(&if json { format!("{data:#}\n") } else { compare::tune::text(&all) })?;
     Ok(())
 }
 

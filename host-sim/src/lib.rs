@@ -2,6 +2,7 @@
 
 pub mod campaign;
 pub mod cli;
+pub mod compare;
 mod drawing;
 pub mod eval;
 pub mod mechanics;

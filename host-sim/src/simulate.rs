@@ -83,7 +83,7 @@ impl Run {
     /// When the controller does not take the command: setpoints out of limits, or a fault in standby.
     pub fn simulate(&self, mut progress: impl FnMut(u32, u32)) -> Result<Trace> {
         let mut plant = Plant::new(self.parameters.clone(), self.scene.clone(), self.seed);
-        let mut controller = Controller::new(calibration::DEFAULT);
+        let mut controller = Controller::new([calibration::DEFAULT; 3]);
         let end = STANDBY_MS + self.program.duration_ms();
         let total = end + VENT_MS;
         let mut samples = Vec::with_capacity(total as usize);

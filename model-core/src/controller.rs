@@ -1,12 +1,12 @@
 //! The controller: commands and sensor readings in, actuation and telemetry out, once a tick.
 
-use crate::actuation::{Actuation, PerSegment};
+use crate::actuation::{Actuation, PerSegment, Segment};
 use crate::inverse::pressure_from_bend;
 use crate::observer::{Observer, Pneumatics};
 use crate::regulator::Regulator;
 use crate::self_test::{SelfTest, Verdict};
-use crate::sequence::Sequence;
 use crate::sequence::player::{Player, Reference};
+use crate::sequence::{Sequence, Target};
 use crate::supervisor::Supervisor;
 use crate::supervisor::fault::FaultSet;
 use crate::units::{Bend, Coefficients, Millis, Pressure};
@@ -99,6 +99,8 @@ pub enum Command {
     Run(&'static Sequence),
     /// Goes to these gauge pressures at once, and holds them.
     Setpoints(PerSegment<Pressure>),
+    /// Goes to these bends of the segments at once, and holds them; 0..=110 degrees each.
+    Bends(PerSegment<Bend>),
     /// Vents the finger and ends whatever runs.
     Vent,
     /// Holds the running sequence where it is: its time stands still, its setpoints are kept.
@@ -107,8 +109,8 @@ pub enum Command {
     Resume,
     /// Takes what the sensors read now as zero; only vented, and only within [`ZERO_LIMIT`] and [`BEND_ZERO_LIMIT`].
     ZeroSensors,
-    /// Uses these coefficients; only vented.
-    Calibrate(Coefficients),
+    /// Uses these coefficients for this segment; only vented.
+    Calibrate(Segment, Coefficients),
     /// Clears a latched fault whose cause is gone.
     ClearFault,
 }
@@ -118,7 +120,7 @@ pub enum Command {
 pub enum Rejection {
     /// A fault is latched: clear it first.
     Faulted,
-    /// A setpoint lies outside 0..=150 kPa.
+    /// A setpoint lies outside 0..=150 kPa or 0..=110 degrees.
     SetpointOutOfLimits,
     /// The fault's cause is still there.
     CauseStillPresent,
@@ -181,7 +183,7 @@ pub struct Outputs {
 /// The whole of the controller's state.
 #[derive(Clone, Debug)]
 pub struct Controller {
-    coefficients: Coefficients,
+    coefficients: PerSegment<Coefficients>,
     reference: Source,
     /// The sequence's reference of the last tick.
     last: Reference,
@@ -202,7 +204,7 @@ pub struct Controller {
 #[derive(Clone, Debug)]
 enum Source {
     Vented,
-    Manual(PerSegment<Pressure>),
+    Manual(Target),
     Sequence(Player),
     Paused(Player, Reference),
 }
@@ -210,17 +212,17 @@ enum Source {
 impl Controller {
     /// Starts vented, with the nominal pneumatics.
     #[must_use]
-    pub const fn new(coefficients: Coefficients) -> Self {
+    pub const fn new(coefficients: PerSegment<Coefficients>) -> Self {
         Self::with_pneumatics(coefficients, Pneumatics::NOMINAL)
     }
 
     /// Starts vented, with other pneumatics.
     #[must_use]
-    pub const fn with_pneumatics(coefficients: Coefficients, pneumatics: Pneumatics) -> Self {
+    pub const fn with_pneumatics(coefficients: PerSegment<Coefficients>, pneumatics: Pneumatics) -> Self {
         Self {
             coefficients,
             reference: Source::Vented,
-            last: Reference { setpoints: [Pressure::ZERO; 3], step: 0, repeat: 0, holding: false, finished: false },
+            last: Reference { target: Target::REST, step: 0, repeat: 0, holding: false, finished: false },
             observer: Observer::new(pneumatics),
             regulator: Regulator::new(),
             supervisor: Supervisor::new(),
@@ -234,7 +236,7 @@ impl Controller {
 
     /// Starts with the power-on self test, and is vented and ready when that has passed.
     #[must_use]
-    pub const fn with_self_test(coefficients: Coefficients) -> Self {
+    pub const fn with_self_test(coefficients: PerSegment<Coefficients>) -> Self {
         let mut controller = Self::new(coefficients);
         controller.self_test = Some(SelfTest::new());
         controller
@@ -242,7 +244,7 @@ impl Controller {
 
     /// The calibration in use.
     #[must_use]
-    pub const fn coefficients(&self) -> Coefficients {
+    pub const fn coefficients(&self) -> PerSegment<Coefficients> {
         self.coefficients
     }
 
@@ -281,9 +283,14 @@ impl Controller {
                 return self.supervisor.clear(&inputs);
             }
             Command::ZeroSensors => return self.zero_sensors(),
-            Command::Calibrate(coefficients) => {
+            Command::Calibrate(segment, coefficients) => {
                 self.require_vented()?;
-                self.coefficients = coefficients;
+                let [proximal, middle, distal] = &mut self.coefficients;
+                *match segment {
+                    Segment::Proximal => proximal,
+                    Segment::Middle => middle,
+                    Segment::Distal => distal,
+                } = coefficients;
                 return Ok(());
             }
             Command::Pause => {
@@ -294,20 +301,22 @@ impl Controller {
                 let Source::Paused(player, _) = &self.reference else { return Err(Rejection::NotPaused) };
                 Source::Sequence(player.clone())
             }
-            Command::Run(_) | Command::Setpoints(_) if self.supervisor.fault().is_some() => {
+            Command::Run(_) | Command::Setpoints(_) | Command::Bends(_) if self.supervisor.fault().is_some() => {
                 return Err(Rejection::Faulted);
             }
-            Command::Run(_) | Command::Setpoints(_) if self.self_test.is_some() => return Err(Rejection::SelfTesting),
-            Command::Run(sequence) => Source::Sequence(Player::start(sequence)),
-            Command::Setpoints(setpoints) => {
-                if setpoints.iter().any(|&setpoint| setpoint < Pressure::ZERO || setpoint > PRESSURE_LIMIT) {
-                    return Err(Rejection::SetpointOutOfLimits);
-                }
-                Source::Manual(setpoints)
+            Command::Run(_) | Command::Setpoints(_) | Command::Bends(_) if self.self_test.is_some() => {
+                return Err(Rejection::SelfTesting);
             }
+            Command::Run(sequence) => Source::Sequence(Player::start(sequence)),
+            Command::Setpoints(setpoints) => Self::manual(Target::Pressure(setpoints))?,
+            Command::Bends(bends) => Self::manual(Target::Bend(bends))?,
         };
         self.reference = next;
         Ok(())
+    }
+
+    fn manual(target: Target) -> Result<Source, Rejection> {
+        if target.within_limits() { Ok(Source::Manual(target)) } else { Err(Rejection::SetpointOutOfLimits) }
     }
 
     fn require_vented(&self) -> Result<(), Rejection> {
@@ -423,17 +432,17 @@ impl Controller {
         };
         match &mut self.reference {
             Source::Vented => {}
-            Source::Manual(setpoints) => {
-                (outputs.mode, outputs.setpoints, outputs.holding) = (Mode::Holding, *setpoints, true);
+            Source::Manual(target) => {
+                (outputs.mode, outputs.holding) = (Mode::Holding, true);
+                outputs.setpoints = pressures(&self.coefficients, target);
             }
             Source::Paused(_, last) => {
-                (outputs.mode, outputs.setpoints) = (Mode::Paused, last.setpoints);
+                outputs.mode = Mode::Paused;
+                outputs.setpoints = pressures(&self.coefficients, &last.target);
                 (outputs.step, outputs.repeat) = (last.step, last.repeat);
             }
             Source::Sequence(player) => {
-                let coefficients = self.coefficients;
-                let reference = player
-                    .advance(|bend| pressure_from_bend(&coefficients, bend).clamp(Pressure::ZERO, PRESSURE_LIMIT));
+                let reference = player.advance();
                 self.last = reference;
                 if reference.finished {
                     self.reference = Source::Vented;
@@ -441,7 +450,7 @@ impl Controller {
                 }
                 outputs = Outputs {
                     mode: Mode::Running,
-                    setpoints: reference.setpoints,
+                    setpoints: pressures(&self.coefficients, &reference.target),
                     step: reference.step,
                     repeat: reference.repeat,
                     holding: reference.holding,
@@ -450,6 +459,18 @@ impl Controller {
             }
         }
         outputs
+    }
+}
+
+/// The gauge pressures that a target asks for.
+fn pressures(coefficients: &PerSegment<Coefficients>, target: &Target) -> PerSegment<Pressure> {
+    match *target {
+        Target::Pressure(setpoints) => setpoints,
+        Target::Bend([p, m, d]) => {
+            let [of_p, of_m, of_d] = coefficients;
+            [(of_p, p), (of_m, m), (of_d, d)]
+                .map(|(own, bend)| pressure_from_bend(own, bend).clamp(Pressure::ZERO, PRESSURE_LIMIT))
+        }
     }
 }
 
@@ -470,7 +491,7 @@ mod tests {
 
     #[test]
     fn a_pause_keeps_setpoints_and_time() {
-        let mut controller = Controller::new(calibration::DEFAULT);
+        let mut controller = Controller::new([calibration::DEFAULT; 3]);
         assert_eq!(controller.command(Command::Pause), Err(Rejection::NotRunning));
         let sequence = library::find("all").expect("built in");
         controller.command(Command::Run(sequence)).expect("taken");
@@ -492,7 +513,7 @@ mod tests {
 
     #[test]
     fn zeros_are_taken_vented_and_within_their_limits() {
-        let mut controller = Controller::new(calibration::DEFAULT);
+        let mut controller = Controller::new([calibration::DEFAULT; 3]);
         assert_eq!(controller.command(Command::ZeroSensors), Err(Rejection::ZeroOutOfLimits));
         let off = Inputs {
             manifold: Reading::Valid(Pressure::from_milli_kpa(1500)),
@@ -515,6 +536,9 @@ mod tests {
         controller.step(&CALM);
         controller.command(Command::Setpoints([Pressure::from_kpa(10); 3])).expect("taken");
         assert_eq!(controller.command(Command::ZeroSensors), Err(Rejection::NotVented));
-        assert_eq!(controller.command(Command::Calibrate(calibration::DEFAULT)), Err(Rejection::NotVented));
+        assert_eq!(
+            controller.command(Command::Calibrate(Segment::Distal, calibration::DEFAULT)),
+            Err(Rejection::NotVented)
+        );
     }
 }

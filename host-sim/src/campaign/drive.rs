@@ -30,7 +30,7 @@ pub trait Core {
 
 impl Core for Controller {
     fn start(calibration: PerSegment<Coefficients>, report: Option<Fault>) -> Self {
-        let mut controller = Self::with_self_test(calibration[0]);
+        let mut controller = Self::with_self_test(calibration);
         if let Some(fault) = report {
             controller.report(fault);
         }

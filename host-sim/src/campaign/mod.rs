@@ -2,6 +2,7 @@
 //!
 //! docs/campaign.md has the method, every definition and the tables.
 
+pub(crate) mod command;
 pub mod draw;
 pub mod drive;
 pub mod judge;

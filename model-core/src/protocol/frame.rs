@@ -143,6 +143,7 @@ fn remove_cobs(frame: &mut [u8]) -> Option<usize> {
 mod tests {
     use super::super::message::*;
     use super::*;
+    use crate::actuation::Segment;
     use proptest::prelude::*;
 
     fn commands() -> Vec<LinkCommand> {
@@ -154,10 +155,11 @@ mod tests {
             LinkCommand::Vent,
             LinkCommand::Setpoints([60 << 16, 30 << 16, 60 << 16]),
             LinkCommand::ZeroSensors,
-            LinkCommand::Calibrate { k: 0, c1: 232_121_178, c2: 5_630_601 },
+            LinkCommand::Calibrate { segment: Segment::Middle, k: 0, c1: 232_121_178, c2: 5_630_601 },
             LinkCommand::Identify,
             LinkCommand::ClearFault,
             LinkCommand::Beat,
+            LinkCommand::Bends([45 << 16, 30 << 16, 15 << 16]),
         ]
     }
 

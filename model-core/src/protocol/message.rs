@@ -2,7 +2,7 @@
 //!
 //! Pressures are in 2^-16 kPa, bends in 2^-16 degree, coefficients in 2^-24 kPa, as [`crate::units`] keep them.
 
-use crate::actuation::{Actuation, Passage};
+use crate::actuation::{Actuation, Passage, Segment};
 use crate::controller::{Fault, Mode, Rejection};
 use serde::{Deserialize, Serialize};
 
@@ -33,8 +33,10 @@ pub enum LinkCommand {
     Setpoints([i32; 3]),
     /// Takes what the sensors read now, vented, as zero.
     ZeroSensors,
-    /// Uses these coefficients (2^-24 kPa) from now on.
+    /// Uses these coefficients (2^-24 kPa) for one segment from now on.
     Calibrate {
+        /// Whose.
+        segment: Segment,
         /// Linear bending stiffness, 0..=60 kPa.
         k: i32,
         /// First Yeoh coefficient, 5..=40 kPa.
@@ -48,6 +50,8 @@ pub enum LinkCommand {
     ClearFault,
     /// Says that the host is there, and nothing else.
     Beat,
+    /// Goes to these bends of the segments at once (2^-16 degree, 0..=110 degrees) and holds them.
+    Bends([i32; 3]),
 }
 
 /// Device to host.
@@ -84,8 +88,8 @@ pub struct Identity {
     pub serial: [u32; 3],
     /// Why the device last started.
     pub reset_cause: ResetCause,
-    /// k, c1, c2 in use, 2^-24 kPa.
-    pub coefficients: [i32; 3],
+    /// k, c1, c2 in use for each segment, 2^-24 kPa.
+    pub coefficients: [[i32; 3]; 3],
     /// What the pressure sensor reads at atmosphere, 2^-16 kPa.
     pub pressure_zero: i32,
     /// What the bend sensor reads at rest, 2^-16 degree.
@@ -118,7 +122,7 @@ pub enum Reason {
     UnknownSequence,
     /// A fault is latched: clear it first.
     Faulted,
-    /// A setpoint lies outside 0..=150 kPa.
+    /// A setpoint lies outside 0..=150 kPa or 0..=110 degrees.
     SetpointOutOfLimits,
     /// A coefficient lies outside its range.
     CoefficientOutOfLimits,

@@ -6,9 +6,11 @@
 //! `docs/protocol.md` describes every field and has test vectors.
 
 pub mod frame;
+pub mod handler;
 pub mod message;
 
 pub use frame::{Decoder, FrameError, MAX_FRAME, checksum, encode};
+pub use handler::{Effect, handle};
 pub use message::{
     Identity, LinkCommand, LinkMode, Reason, Report, Request, ResetCause, SequenceName, Telemetry, actuation_of,
     outputs_of,

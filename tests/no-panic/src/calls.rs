@@ -14,11 +14,12 @@ use model_core::division;
 use model_core::inverse::{self, Tabulated};
 use model_core::observer::{DeadTicks, Observer, Pneumatics};
 use model_core::protocol::frame::{self, Decoder, MAX_FRAME};
-use model_core::protocol::message::{self, LinkMode, Reason, Request};
+use model_core::protocol::handler;
+use model_core::protocol::message::{self, LinkCommand, LinkMode, Reason, Request};
 use model_core::regulator::Regulator;
 use model_core::self_test::{Part, SelfTest};
 use model_core::sequence::player::Player;
-use model_core::sequence::{Sequence, Step, library};
+use model_core::sequence::{Sequence, Step, Target, library};
 use model_core::supervisor::Supervisor;
 use model_core::supervisor::fault::{FaultSet, Priority};
 use model_core::units::{Bend, Coefficients, Millis, Pressure};
@@ -58,6 +59,7 @@ pub fn all() {
     observer();
     pneumatics();
     regulator();
+    requests();
     self_test();
     sequences();
     players();
@@ -83,14 +85,14 @@ fn actuation() {
 }
 
 fn any_controller() -> Controller {
-    any(Controller::new(any(calibration::DEFAULT)))
+    any(Controller::new(any([calibration::DEFAULT; 3])))
 }
 
 #[inline(never)]
 fn controller() {
     let mut controller = any_controller();
-    consume(Controller::with_self_test(any(calibration::DEFAULT)));
-    consume(Controller::with_pneumatics(any(calibration::DEFAULT), any(Pneumatics::NOMINAL)));
+    consume(Controller::with_self_test(any([calibration::DEFAULT; 3])));
+    consume(Controller::with_pneumatics(any([calibration::DEFAULT; 3]), any(Pneumatics::NOMINAL)));
     consume(Controller::coefficients(&controller));
     consume(Controller::pressure_zero(&controller));
     consume(Controller::bend_zero(&controller));
@@ -115,7 +117,8 @@ fn control_commands() {
         Command::Pause,
         Command::Resume,
         Command::ZeroSensors,
-        Command::Calibrate(calibration::DEFAULT),
+        Command::Calibrate(Segment::Distal, calibration::DEFAULT),
+        Command::Bends([Bend::ZERO; 3]),
         Command::ClearFault,
     ]) {
         consume(Controller::command(&mut controller, command));
@@ -162,6 +165,13 @@ fn frames() {
     let mut buffer = any([0; MAX_FRAME]);
     consume(frame::encode(&any(LinkMode::Vented), any(buffer.as_mut_slice())));
     consume(buffer);
+}
+
+#[inline(never)]
+fn requests() {
+    let mut controller = any_controller();
+    consume(handler::handle(&mut controller, &any(LinkCommand::Pause)));
+    consume(controller);
 }
 
 #[inline(never)]
@@ -249,13 +259,15 @@ fn sequences() {
     consume(Sequence::repeats(any(&SEQUENCE)));
     consume(Sequence::duration(any(&SEQUENCE)));
     consume(library::find(any("sample")));
+    consume(Target::at_rest(&any(Target::REST)));
+    consume(Target::within_limits(&any(Target::REST)));
 }
 
 #[inline(never)]
 fn players() {
     let mut player = any(Player::start(any(&SEQUENCE)));
     consume(Player::sequence(&player));
-    consume(Player::advance(&mut player, any::<fn(Bend) -> Pressure>(|bend| Pressure::from_bits(Bend::to_bits(bend)))));
+    consume(Player::advance(&mut player));
     consume(player);
 }
 

@@ -11,6 +11,7 @@ use model_core::controller::{Command, Controller, Fault, Inputs, Mode, Outputs, 
 use model_core::inverse::Tabulated;
 use model_core::observer::{DeadTicks, Observer, Pneumatics};
 use model_core::protocol::frame::{self, Decoder, FrameError, MAX_FRAME};
+use model_core::protocol::handler::Effect;
 use model_core::protocol::message::{
     Identity, LinkCommand, LinkMode, Reason, Report, Request, ResetCause, SequenceName, Telemetry,
 };
@@ -93,7 +94,7 @@ fn plain<T: Clone + PartialEq>(value: &T) {
 }
 
 fn actuation() {
-    plain::<Segment>(&Segment::Middle);
+    message::<Segment>(&Segment::Middle);
     ordered::<Segment>(&Segment::Middle);
     plain::<Passage>(&Passage::Open);
     plain::<Actuation>(&Actuation::SAFE);
@@ -112,11 +113,12 @@ fn controller() {
     plain::<Clearing>(&Clearing::Command);
     cloned::<Row>(&model_core::supervisor::table::TABLE[0]);
     plain::<Mode>(&Mode::Vented);
-    plain::<Outputs>(&any(Controller::new(calibration::DEFAULT)).step(&any(INPUTS)));
+    plain::<Effect>(&Effect::Nothing);
+    plain::<Outputs>(&any(Controller::new([calibration::DEFAULT; 3])).step(&any(INPUTS)));
 }
 
 fn states() {
-    let controller = Controller::new(calibration::DEFAULT);
+    let controller = Controller::new([calibration::DEFAULT; 3]);
     cloned::<Controller>(&controller);
     cloned::<Tabulated>(&Tabulated::new(&calibration::DEFAULT));
     let observer = Observer::new(Pneumatics::NOMINAL);
@@ -161,7 +163,7 @@ fn sequences() {
     plain::<SequenceError>(&SequenceError::Name);
     let player = Player::start(&SEQUENCE);
     cloned::<Player>(&player);
-    plain::<Reference>(&Reference { setpoints: PRESSURES, step: 0, repeat: 0, holding: false, finished: false });
+    plain::<Reference>(&Reference { target: step.target, step: 0, repeat: 0, holding: false, finished: false });
 }
 
 fn units() {
@@ -185,7 +187,7 @@ fn identity() -> Identity {
         firmware: any(String::new()),
         serial: [0; 3],
         reset_cause: ResetCause::Pin,
-        coefficients: [0; 3],
+        coefficients: [[0; 3]; 3],
         pressure_zero: 0,
         bend_zero: 0,
         sequences: 0,

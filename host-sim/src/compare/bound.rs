@@ -1,0 +1,358 @@
+//! The least time a step can take on this plant, for anybody: full knowledge, perfect sensors, no switching limits.
+//!
+//! A step's bound starts from the true state at the moment of the step (pressures, bends, pump speed, commands on their way)
+//! and ends when every chamber whose reference moved can be within the band for the first time. Why nothing is faster:
+//!
+//! 1. *One chamber.* Take the air N in manifold and chamber, the air n in the chamber, and its bend a. dN/dt is the pump's
+//!    flow, which falls with the manifold's pressure (N - n)/V: it grows with n. dn/dt is the valve's flow: it grows with N, and
+//!    with a (a larger chamber is at a lower pressure). da/dt grows with n. No other slopes cross, so the system is
+//!    cooperative, and pump and valve only add to its right-hand sides: by Kamke's comparison, pump and valve on from the
+//!    first moment, up to the manifold's ceiling, give the most N and n at every later moment. The chamber that is
+//!    filled alone and as fast as possible is the one that has had the least time to bend, so it needs the least air.
+//! 2. *Several chambers.* Each alone is a bound. So is their sum: an orifice's flow is concave in the pressure it flows to, so k
+//!    valves pass no more than k times the flow to the chambers' mean pressure, and that mean is no lower than the same air
+//!    in chambers at their largest. With S for the air in the moving chambers, (N, S) is cooperative again; the step is not
+//!    done before S is what the chambers need, each as in 1.
+//! 3. *Falling* is the same with the dump valve for the pump and every inequality turned round; leaks help.
+//! 4. *Some rise and some fall.* Then air may pass from one to the other, and only the valves bound it: each rising
+//!    chamber through its valve from a manifold at the ceiling, each falling one through its valve to the atmosphere.
+//!    Such bounds are loose and listed apart.
+//!
+//! What is assumed: chambers whose reference rests give and take no air, and the manifold keeps to the ceiling that all
+//! regulators have.
+
+use super::trial::StepStart;
+use crate::metrics::BAND_KPA;
+use crate::plant::gas::REFERENCE_KPA;
+use crate::plant::static_curve::StaticCurve;
+use crate::plant::valve::Orifice;
+use crate::plant::{FaultKind, PlantParameters, Scene};
+use model_core::actuation::{Actuation, Passage};
+use model_core::regulator::MANIFOLD_CEILING;
+use serde::Serialize;
+
+/// Which way the references of a step go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// All that move rise.
+    Rise,
+    /// All that move fall.
+    Fall,
+    /// Some rise and some fall.
+    Mixed,
+}
+
+/// Step of the integration, ms: the stiffest volume settles at 1.3 per ms.
+const STEP_MS: f64 = 0.05;
+/// What takes longer is not bounded, ms.
+const LONGEST_MS: f64 = 10_000.0;
+/// Pressures for which static bends are kept: from 0 in steps, kPa.
+const TABLE_KPA: f64 = 0.25;
+const TABLE_LENGTH: usize = 800;
+
+/// The plant's physics, without its sensors and without its noise.
+#[derive(Clone, Debug)]
+pub struct Physics {
+    parameters: PlantParameters,
+    segment: Orifice,
+    dump: Orifice,
+    leaks: [Option<Orifice>; 3],
+    /// Static bend of each segment over pressure, rad.
+    bends_rad: [Vec<f64>; 3],
+    rest_l: f64,
+    growth_l_per_rad: f64,
+    manifold_l: f64,
+    /// What is left of the bend's lag after a step.
+    lag_share: f64,
+    /// The same of the pump's speed.
+    speed_share: f64,
+}
+
+/// One chamber on its way.
+#[derive(Clone, Copy, Debug)]
+struct Chamber {
+    index: usize,
+    content_nl: f64,
+    bend_rad: f64,
+    /// Time until its valve can be open, ms.
+    delay_ms: f64,
+    /// The edge of the band that it reaches first, gauge, kPa.
+    goal_kpa: f64,
+}
+
+/// What one chamber alone takes.
+struct Alone {
+    time_ms: f64,
+    /// Air in it then, NL.
+    content_nl: f64,
+}
+
+/// Static bend at a gauge pressure, by halving.
+fn static_bend_rad(curve: &StaticCurve, kpa: f64) -> f64 {
+    let (mut low, mut high) = (0.0, curve.end_rad());
+    for _ in 0..50 {
+        let middle = f64::midpoint(low, high);
+        if curve.pressure_and_slope(middle).0 < kpa { low = middle } else { high = middle }
+    }
+    f64::midpoint(low, high)
+}
+
+impl Physics {
+    /// Of this plant.
+    #[must_use]
+    pub fn new(parameters: PlantParameters, scene: &Scene) -> Self {
+        let finger = &parameters.finger;
+        let rest_l = finger.chamber_ml / 1000.0;
+        let mut leaks = [None; 3];
+        for fault in &scene.faults {
+            if let FaultKind::ChamberLeak { segment, conductance_nl_per_s_bar } = fault.kind {
+                let law = crate::plant::parameters::OrificeParameters {
+                    conductance_nl_per_s_bar,
+                    ..parameters.segment_valve.clone()
+                };
+                leaks[segment as usize] = Some(Orifice::new(&law));
+            }
+        }
+        Self {
+            segment: Orifice::new(&parameters.segment_valve),
+            dump: Orifice::new(&parameters.dump_valve),
+            leaks,
+            bends_rad: finger.coefficients_kpa.map(|coefficients| {
+                let curve = StaticCurve::new(coefficients);
+                (0..TABLE_LENGTH).map(|row| static_bend_rad(&curve, row as f64 * TABLE_KPA)).collect()
+            }),
+            rest_l,
+            growth_l_per_rad: rest_l * finger.volume_growth / finger.growth_reference_deg.to_radians(),
+            manifold_l: parameters.gas.manifold_ml / 1000.0,
+            lag_share: -(-STEP_MS / finger.lag_ms).exp_m1(),
+            speed_share: -(-STEP_MS / parameters.pump.spin_up_ms).exp_m1(),
+            parameters,
+        }
+    }
+
+    fn static_bend_rad(&self, index: usize, gauge_kpa: f64) -> f64 {
+        let place = (gauge_kpa / TABLE_KPA).clamp(0.0, (TABLE_LENGTH - 2) as f64);
+        let (row, share) = (place as usize, place.fract());
+        let bends = &self.bends_rad[index];
+        bends[row] + (bends[row + 1] - bends[row]) * share
+    }
+
+    fn volume_l(&self, bend_rad: f64) -> f64 {
+        self.rest_l + self.growth_l_per_rad * bend_rad
+    }
+
+    fn atmosphere_kpa(&self) -> f64 {
+        self.parameters.gas.atmosphere_kpa
+    }
+
+    fn manifold_kpa(&self, content_nl: f64) -> f64 {
+        content_nl * REFERENCE_KPA / self.manifold_l
+    }
+
+    /// Air in a chamber of this bend at a gauge pressure, NL.
+    fn content_nl(&self, gauge_kpa: f64, bend_rad: f64) -> f64 {
+        (gauge_kpa + self.atmosphere_kpa()) * self.volume_l(bend_rad) / REFERENCE_KPA
+    }
+
+    /// The pump's flow at its present speed, NL/s.
+    fn pump_nl_per_s(&self, speed: f64, manifold_kpa: f64) -> f64 {
+        let pump = &self.parameters.pump;
+        let share = 1.0 - (manifold_kpa - self.atmosphere_kpa()) / pump.stall_kpa;
+        speed * pump.free_flow_nl_per_min / 60.0 * share.max(0.0)
+    }
+
+    /// The moving chambers' least time in ms to come within the band, and which way they go.
+    ///
+    /// `from_kpa` are the references before the step.
+    #[must_use]
+    pub fn bound(&self, start: &StepStart, from_kpa: [f64; 3], to_kpa: [f64; 3]) -> (Kind, f64) {
+        let change: [f64; 3] = core::array::from_fn(|i| to_kpa[i] - from_kpa[i]);
+        let chamber = |index: usize, goal_kpa: f64| Chamber {
+            index,
+            content_nl: self.content_nl(start.truth.chambers_kpa[index], start.truth.bends_deg[index].to_radians()),
+            bend_rad: start.truth.bends_deg[index].to_radians(),
+            delay_ms: self.valve_delay_ms(start, index),
+            goal_kpa,
+        };
+        let towards = |sign: f64| -> Vec<Chamber> {
+            (0..3).filter(|&i| sign * change[i] > 0.0).map(|i| chamber(i, to_kpa[i] - sign * BAND_KPA)).collect()
+        };
+        let (rising, falling) = (towards(1.0), towards(-1.0));
+        match (rising.is_empty(), falling.is_empty()) {
+            (false, false) => {
+                let up = rising.iter().map(|chamber| self.through_valve_ms(chamber, true));
+                let down = falling.iter().map(|chamber| self.through_valve_ms(chamber, false));
+                (Kind::Mixed, up.chain(down).fold(0.0, f64::max))
+            }
+            (false, true) => (Kind::Rise, self.together_ms(start, &rising, true)),
+            (true, _) => (Kind::Fall, self.together_ms(start, &falling, false)),
+        }
+    }
+
+    /// The last commands on their way at the start, as many as the dead time is long.
+    fn on_their_way(start: &StepStart, dead_ms: u32) -> impl Iterator<Item = Actuation> + '_ {
+        let dead = dead_ms as usize;
+        let known = start.commands.len().min(dead);
+        let before = dead.saturating_sub(known).min(1);
+        core::iter::repeat_n(Actuation::SAFE, before)
+            .chain(start.commands[start.commands.len() - known..].iter().copied())
+    }
+
+    fn valve_delay_ms(&self, start: &StepStart, index: usize) -> f64 {
+        let dead_ms = self.parameters.segment_valve.dead_time_ms;
+        let open = start.truth.segments[index] == Passage::Open
+            || Self::on_their_way(start, dead_ms).any(|command| command.segments[index] == Passage::Open);
+        if open { 0.0 } else { f64::from(dead_ms) }
+    }
+
+    /// Time until pump (rising) or dump valve (falling) can act, ms.
+    fn source_delay_ms(&self, start: &StepStart, rise: bool) -> f64 {
+        let (dead_ms, acts) = if rise {
+            let dead_ms = self.parameters.pump.dead_time_ms;
+            (dead_ms, Self::on_their_way(start, dead_ms).any(|command| command.pump))
+        } else {
+            let dead_ms = self.parameters.dump_valve.dead_time_ms;
+            let coming = Self::on_their_way(start, dead_ms).any(|command| command.dump == Passage::Open);
+            (dead_ms, coming || start.truth.dump == Passage::Open)
+        };
+        if acts { 0.0 } else { f64::from(dead_ms) }
+    }
+
+    /// Points 1 to 3 of the module's page.
+    fn together_ms(&self, start: &StepStart, chambers: &[Chamber], rise: bool) -> f64 {
+        let alone: Vec<Alone> = chambers.iter().map(|&chamber| self.alone(start, chamber, rise)).collect();
+        let longest_ms = alone.iter().fold(0.0, |longest, one| one.time_ms.max(longest));
+        if chambers.len() < 2 {
+            return longest_ms;
+        }
+        let sign = if rise { 1.0 } else { -1.0 };
+        let needed_nl: f64 = alone.iter().map(|one| one.content_nl).sum();
+        // Rising, the largest volumes make the lowest mean pressure and the most flow; falling, the smallest the highest.
+        let at_goal = |chamber: &Chamber| {
+            self.volume_l(self.static_bend_rad(chamber.index, chamber.goal_kpa + sign * 2.0 * BAND_KPA))
+        };
+        let now = |chamber: &Chamber| self.volume_l(chamber.bend_rad);
+        let volume_l: f64 = chambers
+            .iter()
+            .map(|chamber| if rise { at_goal(chamber).max(now(chamber)) } else { at_goal(chamber).min(now(chamber)) })
+            .sum();
+        let leaks = |mean_kpa: f64| -> f64 {
+            let through = |chamber: &Chamber| {
+                self.leaks[chamber.index].map_or(0.0, |leak| leak.flow_nl_per_s(mean_kpa, self.atmosphere_kpa()))
+            };
+            if rise { 0.0 } else { chambers.iter().map(through).sum() }
+        };
+        let delay_ms = chambers.iter().map(|chamber| chamber.delay_ms).fold(f64::INFINITY, f64::min);
+        let mut sum_nl: f64 = chambers.iter().map(|chamber| chamber.content_nl).sum();
+        let mut source = Source::new(self, start, rise);
+        let mut time_ms = 0.0;
+        while sign * (needed_nl - sum_nl) > 0.0 && time_ms < LONGEST_MS {
+            let mean_kpa = sum_nl * REFERENCE_KPA / volume_l;
+            let valves = if time_ms >= delay_ms { chambers.len() as f64 } else { 0.0 };
+            let into_nl = 1e-3 * STEP_MS * valves * sign * self.one_way(source.manifold_kpa(self), mean_kpa, rise);
+            sum_nl += into_nl - 1e-3 * STEP_MS * leaks(mean_kpa);
+            source.step(self, into_nl);
+            time_ms += STEP_MS;
+        }
+        longest_ms.max(time_ms)
+    }
+
+    /// Flow through one segment valve in the wanted direction, NL/s, never negative: the oracle shuts the valve instead.
+    fn one_way(&self, manifold_kpa: f64, chamber_kpa: f64, rise: bool) -> f64 {
+        let flow = self.segment.flow_nl_per_s(manifold_kpa, chamber_kpa);
+        if rise { flow.max(0.0) } else { (-flow).max(0.0) }
+    }
+
+    /// Point 1 of the module's page, or its mirror image.
+    fn alone(&self, start: &StepStart, chamber: Chamber, rise: bool) -> Alone {
+        let mut source = Source::new(self, start, rise);
+        self.fill(chamber, rise, |chamber_kpa, into_nl| {
+            let manifold_kpa = source.manifold_kpa(self);
+            let flow = self.one_way(manifold_kpa, chamber_kpa, rise);
+            source.step(self, into_nl(flow));
+        })
+    }
+
+    /// Point 4: through its valve from a manifold at the ceiling, or to one at the atmosphere.
+    fn through_valve_ms(&self, chamber: &Chamber, rise: bool) -> f64 {
+        let ceiling_kpa = MANIFOLD_CEILING.to_f64() + self.atmosphere_kpa();
+        let manifold_kpa = if rise { ceiling_kpa } else { self.atmosphere_kpa() };
+        let fill = |chamber_kpa: f64, into_nl: &mut dyn FnMut(f64) -> f64| {
+            into_nl(self.one_way(manifold_kpa, chamber_kpa, rise));
+        };
+        self.fill(*chamber, rise, fill).time_ms
+    }
+
+    /// Follows a chamber until it has reached its goal. `supply` hears the chamber's absolute pressure and says, through the
+    /// function it is given, what the open valve would pass (NL/s); it hears what has passed (NL, signed).
+    fn fill(&self, mut chamber: Chamber, rise: bool, mut supply: impl FnMut(f64, &mut dyn FnMut(f64) -> f64)) -> Alone {
+        let sign = if rise { 1.0 } else { -1.0 };
+        let mut time_ms = 0.0;
+        while time_ms < LONGEST_MS {
+            let chamber_kpa = chamber.content_nl * REFERENCE_KPA / self.volume_l(chamber.bend_rad);
+            let gauge_kpa = chamber_kpa - self.atmosphere_kpa();
+            if sign * (chamber.goal_kpa - gauge_kpa) <= 0.0 {
+                break;
+            }
+            let open = time_ms >= chamber.delay_ms;
+            let mut passed_nl = 0.0;
+            supply(chamber_kpa, &mut |flow| {
+                passed_nl = if open { sign * 1e-3 * STEP_MS * flow } else { 0.0 };
+                passed_nl
+            });
+            chamber.content_nl += passed_nl;
+            if let (Some(leak), false) = (self.leaks[chamber.index], rise) {
+                chamber.content_nl -= 1e-3 * STEP_MS * leak.flow_nl_per_s(chamber_kpa, self.atmosphere_kpa());
+            }
+            chamber.bend_rad += (self.static_bend_rad(chamber.index, gauge_kpa) - chamber.bend_rad) * self.lag_share;
+            time_ms += STEP_MS;
+        }
+        Alone { time_ms, content_nl: chamber.content_nl }
+    }
+}
+
+/// The manifold with the pump on, or the dump valve open, as soon as they can be.
+struct Source {
+    content_nl: f64,
+    speed: f64,
+    delay_ms: f64,
+    time_ms: f64,
+    rise: bool,
+}
+
+impl Source {
+    fn new(physics: &Physics, start: &StepStart, rise: bool) -> Self {
+        Self {
+            content_nl: (start.truth.manifold_kpa + physics.atmosphere_kpa()) * physics.manifold_l / REFERENCE_KPA,
+            speed: start.truth.pump_speed,
+            delay_ms: physics.source_delay_ms(start, rise),
+            time_ms: 0.0,
+            rise,
+        }
+    }
+
+    fn manifold_kpa(&self, physics: &Physics) -> f64 {
+        physics.manifold_kpa(self.content_nl)
+    }
+
+    /// One step in which `into_nl` went into chambers.
+    fn step(&mut self, physics: &Physics, into_nl: f64) {
+        self.content_nl -= into_nl;
+        let manifold_kpa = self.manifold_kpa(physics);
+        let acts = self.time_ms >= self.delay_ms;
+        if self.rise {
+            if acts {
+                self.speed += (1.0 - self.speed) * physics.speed_share;
+            }
+            let ceiling_nl =
+                (MANIFOLD_CEILING.to_f64() + physics.atmosphere_kpa()) * physics.manifold_l / REFERENCE_KPA;
+            let delivered = 1e-3 * STEP_MS * physics.pump_nl_per_s(self.speed, manifold_kpa);
+            self.content_nl = (self.content_nl + delivered).min(ceiling_nl.max(self.content_nl));
+        } else if acts {
+            let out = physics.dump.flow_nl_per_s(manifold_kpa, physics.atmosphere_kpa());
+            self.content_nl -= 1e-3 * STEP_MS * out.max(0.0);
+        }
+        self.time_ms += STEP_MS;
+    }
+}
