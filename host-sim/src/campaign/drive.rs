@@ -182,14 +182,14 @@ pub fn drive<C: Core>(case: &Case, mut seen: impl FnMut(&dyn Fn() -> Sample)) ->
                 last = Some(outputs);
             }
         }
-        let done = judge.tick(now_ms, event, last.as_ref(), &actuation, &plant);
+        let done = judge.tick(now_ms, event, last.as_ref(), actuation, &plant);
         seen(&|| sample(now_ms, &inputs, last.as_ref(), actuation, &plant));
         plant.step(&actuation);
         now_ms += 1;
         let over = operator.ended_ms.is_some_and(|ended| now_ms > ended + AFTER_PROGRAM_MS);
         let idle = operator.started_ms.is_none() && now_ms > START_LIMIT_MS;
         if done || (!judge.is_venting() && (over || idle || now_ms > limit_ms)) {
-            return judge.outcome(now_ms, &plant);
+            return judge.outcome(now_ms);
         }
     }
 }

@@ -173,7 +173,7 @@ impl<'a> Judge<'a> {
         now_ms: u32,
         event: Event,
         outputs: Option<&Outputs>,
-        actuation: &Actuation,
+        actuation: Actuation,
         plant: &Plant,
     ) -> bool {
         let chambers_kpa = plant.chambers_kpa();
@@ -192,7 +192,7 @@ impl<'a> Judge<'a> {
     }
 
     /// Whether faults show.
-    fn show(&mut self, now_ms: u32, outputs: Option<&Outputs>, actuation: &Actuation, plant: &Plant) {
+    fn show(&mut self, now_ms: u32, outputs: Option<&Outputs>, actuation: Actuation, plant: &Plant) {
         let waiting = |(showing, detected): (&Showing, &Option<u32>)| {
             showing.is_present(now_ms) && showing.since_ms.is_none() && detected.is_none()
         };
@@ -256,12 +256,12 @@ impl<'a> Judge<'a> {
     }
 
     /// What is energised while a fault that vents is latched.
-    fn energise(&mut self, now_ms: u32, outputs: &Outputs, actuation: &Actuation, chambers_kpa: &[f64; 3]) {
+    fn energise(&mut self, now_ms: u32, outputs: &Outputs, actuation: Actuation, chambers_kpa: &[f64; 3]) {
         let Some(Venting { since_ms, fault, reference, .. }) = self.venting else { return };
         if !self.latched.intersects(FaultSet::VENTING) && !matches!(outputs.mode, Mode::Faulted(_)) {
             return;
         }
-        let energised = *actuation != Actuation::SAFE;
+        let energised = actuation != Actuation::SAFE;
         if energised && !self.energised {
             let vents = |chamber: usize| reference.vented_ms[chamber].is_some();
             let full = (0..3).find(|&chamber| vents(chamber) && chambers_kpa[chamber] >= VENTED_KPA);
@@ -368,7 +368,7 @@ impl<'a> Judge<'a> {
 
     /// The run's end.
     #[must_use]
-    pub fn outcome(mut self, now_ms: u32, _plant: &Plant) -> Outcome {
+    pub fn outcome(mut self, now_ms: u32) -> Outcome {
         self.outcome.simulated_ms = now_ms;
         // What another fault's venting has ended can show no more.
         let seen_ms = self.venting.map_or(now_ms, |venting| venting.since_ms);

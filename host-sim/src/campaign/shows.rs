@@ -30,14 +30,14 @@ pub struct Commanded {
 
 impl Commanded {
     /// One tick.
-    pub fn step(&mut self, actuation: &Actuation) {
+    pub fn step(&mut self, actuation: Actuation) {
         let count = |ms: &mut u32, same: bool| *ms = if same { ms.saturating_add(1) } else { 0 };
         count(&mut self.pump_ms, self.last.pump == actuation.pump);
         count(&mut self.dump_ms, self.last.dump == actuation.dump);
         for segment in 0..3 {
             count(&mut self.segments_ms[segment], self.last.segments[segment] == actuation.segments[segment]);
         }
-        self.last = *actuation;
+        self.last = actuation;
     }
 }
 
@@ -61,7 +61,7 @@ struct Look<'a> {
     case: &'a Case,
     truth: &'a Truth,
     outputs: Option<&'a Outputs>,
-    actuation: &'a Actuation,
+    actuation: Actuation,
     commanded: &'a Commanded,
 }
 
@@ -107,7 +107,7 @@ impl Showing {
         case: &Case,
         truth: &Truth,
         outputs: Option<&Outputs>,
-        actuation: &Actuation,
+        actuation: Actuation,
         commanded: &Commanded,
     ) {
         if self.since_ms.is_some() {
