@@ -11,17 +11,23 @@ use crate::units::{Bend, Coefficients, Pressure};
 const ROUND: u8 = 4;
 /// The finger follows its pressures with a lag of 80 ms: its share in a round, over 256.
 const LAG_SHARE: i64 = 12;
-/// At rest the sum of the bends may be off by this: near zero 1 kPa in a chamber is 8 degrees, and there are three.
-const BOUND: Bend = Bend::from_deg(24);
-/// And by an eighth of itself: calibration, gain.
-const BOUND_SHIFT: u32 = 3;
+/// At rest the sum of the bends may be off by this: zero, noise, how the finger lies.
+const BOUND: Bend = Bend::from_deg(10);
+/// And by a sixteenth of itself: calibration, gain.
+const BOUND_SHIFT: u32 = 4;
+/// And by what 1.5 kPa in a chamber make: bend grows with the root of the pressure, so most near zero. Below each pressure.
+const NEAR_ZERO: (Pressure, Bend) = (Pressure::from_kpa(3), Bend::from_deg(9));
+const LOW: (Pressure, Bend) = (Pressure::from_kpa(15), Bend::from_deg(4));
+const HIGH: Bend = Bend::from_deg(2);
 /// In motion by the lag's own error, this many quarters of the way that is left, and for a while after.
 const MOTION_QUARTERS: i32 = 5;
 const MOTION_FADES: u32 = 6;
-/// For so many rounds: 160 ms.
-const ROUNDS: u8 = 40;
+/// For so many rounds: 240 ms.
+const ROUNDS: u8 = 60;
 /// Below this mean absolute second difference the signal stands still: a sound sensor's noise of 0.3 degrees has 0.6.
 const SMOOTH: Bend = Bend::from_milli_deg(250);
+/// Here a sound sensor stands still too: its range ends at 360 degrees.
+const RANGE_END: Bend = Bend::from_deg(350);
 /// Ticks for which the reading must be out of its electrical range.
 const FAILED_TICKS: u8 = 5;
 
@@ -38,6 +44,9 @@ pub(super) enum Verdict {
 pub(super) struct Residual {
     round: u8,
     sum: Bend,
+    /// The widest margin of this round, and half of the others'.
+    widest: Bend,
+    margins: Bend,
     /// The expected bend, with the finger's lag.
     expected: Bend,
     /// The reading, filtered over 8 ms, and its last two.
@@ -55,6 +64,8 @@ impl Residual {
         Self {
             round: 0,
             sum: Bend::ZERO,
+            widest: Bend::ZERO,
+            margins: Bend::ZERO,
             expected: Bend::ZERO,
             seen: Bend::ZERO,
             last: [Bend::ZERO; 2],
@@ -81,8 +92,18 @@ impl Residual {
         let index = usize::from(self.round);
         if let (Some(&chamber), Some(coefficients)) = (chambers.get(index), coefficients.get(index)) {
             self.sum = self.sum + bend_from_pressure(coefficients, chamber);
+            let margin = match chamber {
+                _ if chamber < NEAR_ZERO.0 => NEAR_ZERO.1,
+                _ if chamber < LOW.0 => LOW.1,
+                _ => HIGH,
+            };
+            // The largest whole, the others half: they are hardly all at their worst the same way.
+            let (large, small) = (self.widest.max(margin), self.widest.min(margin));
+            self.margins = self.margins + Bend::from_bits(small.to_bits() / 2);
+            self.widest = large;
         } else if reading.is_some() && self.started && self.differs() {
-            verdict = if self.roughness < SMOOTH { Verdict::SensorFailed } else { Verdict::Disagrees };
+            let stands_still = self.roughness < SMOOTH && self.seen < RANGE_END;
+            verdict = if stands_still { Verdict::SensorFailed } else { Verdict::Disagrees };
         }
         self.round = (self.round + 1) % ROUND;
         verdict
@@ -108,7 +129,13 @@ impl Residual {
         let fading = self.motion - Bend::from_bits(self.motion.to_bits() >> MOTION_FADES);
         self.motion = left.max(fading);
         let motion = Bend::from_bits((self.motion.to_bits() >> 2).saturating_mul(MOTION_QUARTERS));
-        let bound = BOUND + Bend::from_bits(self.expected.to_bits() >> BOUND_SHIFT) + motion;
+        let margins = core::mem::take(&mut self.widest) + core::mem::take(&mut self.margins);
+        let bound = BOUND + margins + Bend::from_bits(self.expected.to_bits() >> BOUND_SHIFT) + motion;
+        #[cfg(feature = "host")]
+        if std::env::var("BENDR").is_ok() {
+            let r = ((self.seen - self.expected).abs().to_f64() / bound.to_f64() * 10.0) as i32;
+            if r > 6 { eprintln!("ratio {r} bound {:.0} at {:.0} of {} motion {:.0} off {}", bound.to_f64(), self.seen.to_f64(), self.expected.to_f64() as i32, motion.to_f64(), self.off); }
+        }
         super::held::lasts(&mut self.off, (self.seen - self.expected).abs() > bound, ROUNDS)
     }
 

@@ -13,7 +13,7 @@ use crate::units::Pressure;
 /// Valves and dump have obeyed after so many ticks: twice the nominal dead time, the sensor's lag, the reading's filter.
 const OBEYED: u16 = 32;
 /// The pump has stopped: twice the dead time, its run-down, the sensor's lag.
-const STOPPED: u16 = 150;
+const STOPPED: u16 = 120;
 /// Everything open for so long is empty: chambers at 150 kPa vent in 1.6 s, the slowest in 4 s.
 const EMPTY_AFTER: u16 = 5000;
 
@@ -35,11 +35,15 @@ const EXPECTED: Pressure = Pressure::from_kpa(5);
 const EXPECTED_STILL: Pressure = Pressure::from_milli_kpa(1500);
 
 /// Lost between two looks at a chamber or within [`SAMPLE`] ticks, while nothing let it out.
-const BURST: Pressure = Pressure::from_kpa(12);
+const BURST: Pressure = Pressure::from_kpa(10);
 /// The same, with a little forgiven each time ...
-const SLOW: Pressure = Pressure::from_kpa(6);
+const SLOW: Pressure = Pressure::from_kpa(5);
 /// ... which a chamber that settles after a flow, or is disturbed by a neighbour, loses too.
-const FORGIVEN: Pressure = Pressure::from_milli_kpa(120);
+const FORGIVEN: Pressure = Pressure::from_milli_kpa(80);
+/// No single loss counts for more: the first look after a flow may find that the estimate was 13 kPa too high.
+const AT_ONCE: Pressure = Pressure::from_milli_kpa(2000);
+/// But so much is no error of an estimate.
+const GONE: Pressure = Pressure::from_kpa(25);
 /// Ticks between two samples of the chambers' estimates.
 const SAMPLE: u16 = 256;
 /// Setpoints must have rested for so long: bends settle after the pressure does, and the chamber grows with them.
@@ -103,7 +107,8 @@ pub(super) struct Pneumatics {
     /// Ticks since a setpoint moved.
     still: u16,
     until_sample: u16,
-    dumped: bool,
+    /// Since the last sample the chamber may have been let out.
+    dumped: PerSegment<bool>,
     before: PerSegment<Pressure>,
     lost: PerSegment<Pressure>,
 }
@@ -125,7 +130,7 @@ impl Pneumatics {
             setpoints: [Pressure::ZERO; 3],
             still: 0,
             until_sample: SAMPLE,
-            dumped: true,
+            dumped: [true; 3],
             before: [Pressure::ZERO; 3],
             lost: [Pressure::ZERO; 3],
         }
@@ -147,7 +152,10 @@ impl Pneumatics {
         for (held, passage) in self.valves.iter_mut().zip(commanded.segments) {
             held.push(passage == Passage::Open);
         }
-        self.dumped |= commanded.dump == Passage::Open;
+        let dump = !self.dump.off_for(OBEYED);
+        for (dumped, valve) in self.dumped.iter_mut().zip(self.valves) {
+            *dumped |= dump && !valve.off_for(OBEYED);
+        }
     }
 
     fn alone(&self) -> bool {
@@ -247,8 +255,12 @@ impl Pneumatics {
 
     fn chambers_keep_their_air(&mut self, look: &Look) -> Option<Fault> {
         if *look.setpoints != self.setpoints {
+            if self.still > 0 {
+                // The next looks find the errors of new flows: what was lost before counts half.
+                self.lost = self.lost.map(|lost| Pressure::from_bits(lost.to_bits() / 2));
+            }
             (self.setpoints, self.still) = (*look.setpoints, 0);
-            self.lost = [Pressure::ZERO; 3];
+            return None;
         }
         self.still = self.still.saturating_add(1);
         self.until_sample = self.until_sample.saturating_sub(1);
@@ -256,11 +268,12 @@ impl Pneumatics {
             return None;
         }
         self.until_sample = SAMPLE;
-        let counts = self.still > SETTLED && !self.dumped;
-        self.dumped = false;
+        let settled = self.still > SETTLED;
+        let dumped = core::mem::take(&mut self.dumped);
         let mut found = None;
         let chambers = look.chambers.iter().zip(look.setpoints);
-        for ((&chamber, &setpoint), (before, lost)) in chambers.zip(self.before.iter_mut().zip(&mut self.lost)) {
+        let memory = self.before.iter_mut().zip(&mut self.lost).zip(dumped);
+        for ((&chamber, &setpoint), ((before, lost), dumped)) in chambers.zip(memory) {
             // What lies above the setpoint is let out on purpose.
             let kept = chamber.min(setpoint);
             let gone = (*before - kept).max(Pressure::ZERO);
@@ -268,11 +281,13 @@ impl Pneumatics {
             if setpoint == Pressure::ZERO {
                 continue;
             }
-            *lost = (*lost - FORGIVEN).max(Pressure::ZERO);
-            if counts {
-                *lost = *lost + gone;
+            if settled && !dumped {
+                *lost = (*lost - FORGIVEN).max(Pressure::ZERO) + gone.min(AT_ONCE);
+                #[cfg(feature = "host")]
+                if *lost > Pressure::from_kpa(2) && std::env::var("LOST").is_ok() { eprintln!("lost {:.1} by {:.1}", lost.to_f64(), gone.to_f64()); }
             }
-            if *lost > BURST {
+            let burst = settled && !dumped && gone > GONE;
+            if burst || *lost > BURST {
                 found = Some(Fault::LeakBurst);
             } else if *lost > SLOW {
                 found = found.or(Some(Fault::LeakSlow));
