@@ -12,7 +12,7 @@ const ROUND: u8 = 4;
 /// The finger follows its pressures with a lag of 80 ms: its share in a round, over 256.
 const LAG_SHARE: i64 = 12;
 /// At rest the sum of the bends may be off by this: zero, noise, how the finger lies.
-const BOUND: Bend = Bend::from_deg(10);
+const BOUND: Bend = Bend::from_deg(12);
 /// And by a sixteenth of itself: calibration, gain.
 const BOUND_SHIFT: u32 = 4;
 /// And by what 1.5 kPa in a chamber make: bend grows with the root of the pressure, so most near zero. Below each pressure.
@@ -134,7 +134,16 @@ impl Residual {
         #[cfg(feature = "host")]
         if std::env::var("BENDR").is_ok() {
             let r = ((self.seen - self.expected).abs().to_f64() / bound.to_f64() * 10.0) as i32;
-            if r > 6 { eprintln!("ratio {r} bound {:.0} at {:.0} of {} motion {:.0} off {}", bound.to_f64(), self.seen.to_f64(), self.expected.to_f64() as i32, motion.to_f64(), self.off); }
+            if r > 6 {
+                eprintln!(
+                    "ratio {r} bound {:.0} at {:.0} of {} motion {:.0} off {}",
+                    bound.to_f64(),
+                    self.seen.to_f64(),
+                    self.expected.to_f64() as i32,
+                    motion.to_f64(),
+                    self.off
+                );
+            }
         }
         super::held::lasts(&mut self.off, (self.seen - self.expected).abs() > bound, ROUNDS)
     }
