@@ -27,10 +27,10 @@ pub struct Fingertip {
 ///
 /// In f32 with micromath, for a display: worst 0.15 mm from f64 over 0..=150 kPa in each chamber (this file's test).
 #[must_use]
-pub fn fingertip(coefficients: &Coefficients, pressures: PerSegment<Pressure>) -> Fingertip {
+pub fn fingertip(coefficients: &PerSegment<Coefficients>, pressures: PerSegment<Pressure>) -> Fingertip {
     let (mut x, mut y, mut angle) = (0.0_f32, 0.0_f32, 0.0_f32);
-    for (pressure, link) in pressures.into_iter().zip(LINKS_MM) {
-        let bend = bend_from_pressure(coefficients, pressure.max(Pressure::ZERO));
+    for ((own, pressure), link) in coefficients.iter().zip(pressures).zip(LINKS_MM) {
+        let bend = bend_from_pressure(own, pressure.max(Pressure::ZERO));
         angle += bend.to_bits() as f32 / 65_536.0;
         let radians = angle * (core::f32::consts::PI / 180.0);
         // Named in full: on a host with the standard library its own functions would win.
@@ -69,7 +69,7 @@ mod tests {
                 x += f64::from(link) * angle.cos();
                 y += f64::from(link) * angle.sin();
             }
-            let tip = fingertip(&calibration::DEFAULT, pressures);
+            let tip = fingertip(&[calibration::DEFAULT; 3], pressures);
             let [dx, dy] = [f64::from(tip.x_um) / 1000.0 - x, f64::from(tip.y_um) / 1000.0 - y];
             worst = worst.max(dx.hypot(dy));
         }

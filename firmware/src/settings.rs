@@ -5,19 +5,23 @@
 //! good record is never touched before a newer one is whole, whenever the power goes.
 
 use embedded_storage::nor_flash::NorFlash;
+use fixed::types::I8F24;
+use model_core::actuation::PerSegment;
 use model_core::protocol::checksum;
 use model_core::units::{Bend, Coefficients, Pressure};
 
 /// Bytes of a record; a multiple of every write size up to 16.
 pub const RECORD: usize = 64;
-/// Marks this layout; another is no record.
-const LAYOUT: u32 = 0x5F1E_0001;
+/// Marks this layout.
+const LAYOUT: u32 = 0x5F1E_0002;
+/// The layout before: one calibration for all three segments. It is read, and never written.
+const ONE_FOR_ALL: u32 = 0x5F1E_0001;
 
 /// What survives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Settings {
-    /// The model's.
-    pub coefficients: Coefficients,
+    /// The model's, for each segment.
+    pub coefficients: PerSegment<Coefficients>,
     /// What the pressure sensor reads at atmosphere.
     pub pressure_zero: Pressure,
     /// What the bend sensor reads at rest.
@@ -25,10 +29,11 @@ pub struct Settings {
 }
 
 impl Settings {
-    fn to_words(self, number: u32) -> [u32; 7] {
-        let [k, c1, c2] =
-            [self.coefficients.k(), self.coefficients.c1(), self.coefficients.c2()].map(|c| c.to_bits() as u32);
-        [LAYOUT, number, k, c1, c2, self.pressure_zero.to_bits() as u32, self.bend_zero.to_bits() as u32]
+    fn to_words(self, number: u32) -> impl Iterator<Item = u32> {
+        let coefficients = self.coefficients.into_iter().flat_map(|own| [own.k(), own.c1(), own.c2()]);
+        let zeros = [self.pressure_zero.to_bits(), self.bend_zero.to_bits()];
+        let values = coefficients.map(I8F24::to_bits).chain(zeros);
+        [LAYOUT, number].into_iter().chain(values.map(i32::cast_unsigned))
     }
 
     fn to_record(self, number: u32) -> [u8; RECORD] {
@@ -45,13 +50,21 @@ impl Settings {
     fn from_record(record: &[u8; RECORD]) -> Option<(u32, Self)> {
         let (content, crc) = record.split_last_chunk()?;
         let mut words = content.chunks_exact(4).filter_map(|word| Some(u32::from_le_bytes(word.try_into().ok()?)));
-        if *crc != checksum(content).to_le_bytes() || words.next()? != LAYOUT {
+        if *crc != checksum(content).to_le_bytes() {
             return None;
         }
+        let layout = words.next()?;
         let number = words.next()?;
-        let mut bits = words.map(|word| word as i32);
-        let mut coefficient = || bits.next().map(fixed::types::I8F24::from_bits);
-        let coefficients = Coefficients::new(coefficient()?, coefficient()?, coefficient()?).ok()?;
+        let mut bits = words.map(u32::cast_signed);
+        let mut next = || {
+            let mut coefficient = || bits.next().map(I8F24::from_bits);
+            Coefficients::new(coefficient()?, coefficient()?, coefficient()?).ok()
+        };
+        let coefficients = match layout {
+            LAYOUT => [next()?, next()?, next()?],
+            ONE_FOR_ALL => [next()?; 3],
+            _ => return None,
+        };
         let pressure_zero = Pressure::from_bits(bits.next()?);
         Some((number, Self { coefficients, pressure_zero, bend_zero: Bend::from_bits(bits.next()?) }))
     }
@@ -65,12 +78,14 @@ pub struct Store<F> {
     sector_bytes: u32,
     /// Place and number of the newest record.
     newest: Option<(u32, u32)>,
+    /// Something is stored, and no record is whole.
+    damaged: bool,
 }
 
 impl<F: NorFlash> Store<F> {
     /// On two sectors of `sector_bytes` that start at these offsets.
     pub const fn new(flash: F, sectors: [u32; 2], sector_bytes: u32) -> Self {
-        Self { flash, sectors, sector_bytes, newest: None }
+        Self { flash, sectors, sector_bytes, newest: None, damaged: false }
     }
 
     /// A sector's places from one of them on.
@@ -91,6 +106,7 @@ impl<F: NorFlash> Store<F> {
     /// The settings that were stored last, if any are.
     pub fn load(&mut self) -> Option<Settings> {
         let mut found: Option<(u32, u32, Settings)> = None;
+        let mut used = false;
         for sector in self.sectors {
             for place in self.places(sector, sector) {
                 let Some(record) = self.read(place) else { continue };
@@ -98,6 +114,7 @@ impl<F: NorFlash> Store<F> {
                     // Places are used in their order, and one that was begun is not blank.
                     break;
                 }
+                used = true;
                 if let Some((number, settings)) = Settings::from_record(&record)
                     && found.is_none_or(|(_, best, _)| number > best)
                 {
@@ -105,8 +122,14 @@ impl<F: NorFlash> Store<F> {
                 }
             }
         }
+        self.damaged = used && found.is_none();
         self.newest = found.map(|(place, number, _)| (place, number));
         found.map(|(_, _, settings)| settings)
+    }
+
+    /// Whether the last [`load`](Self::load) found records and none of them whole. A blank memory is not damaged.
+    pub const fn is_damaged(&self) -> bool {
+        self.damaged
     }
 
     /// Stores the settings; `before_erase` is called when a sector has to be erased, which takes the chip a second or two.
@@ -220,9 +243,13 @@ mod tests {
         Store::new(memory, [0, SECTOR], SECTOR)
     }
 
+    fn other(c1_kpa: i32) -> Coefficients {
+        Coefficients::new(I8F24::ONE, I8F24::from_num(c1_kpa), I8F24::ONE).expect("admitted")
+    }
+
     fn settings(number: i32) -> Settings {
         Settings {
-            coefficients: calibration::DEFAULT,
+            coefficients: [calibration::DEFAULT, other(10 + number % 10), other(20)],
             pressure_zero: Pressure::from_bits(number),
             bend_zero: Bend::from_bits(-number),
         }
@@ -246,6 +273,32 @@ mod tests {
             let mut last = store(again.flash);
             assert_eq!(last.load(), Some(settings(119)));
         }
+    }
+
+    #[test]
+    fn a_record_of_one_calibration_for_all_segments_is_read() {
+        let mut record = [0; RECORD];
+        let words = [ONE_FOR_ALL, 7, 1 << 24, 12 << 24, 1 << 22, 65_536, u32::MAX];
+        for (place, word) in record.chunks_exact_mut(4).zip(words) {
+            place.copy_from_slice(&word.to_le_bytes());
+        }
+        let crc = checksum(&record[..RECORD - 4]).to_le_bytes();
+        record[RECORD - 4..].copy_from_slice(&crc);
+        let [k, c1, c2] = [1 << 24, 12 << 24, 1 << 22].map(I8F24::from_bits);
+        let coefficients = [Coefficients::new(k, c1, c2).expect("admitted"); 3];
+        let settings = Settings { coefficients, pressure_zero: Pressure::from_kpa(1), bend_zero: Bend::from_bits(-1) };
+        assert_eq!(Settings::from_record(&record), Some((7, settings)));
+    }
+
+    #[test]
+    fn damage_is_told_from_blankness_and_from_a_good_record_beside_it() {
+        let mut open = store(Memory { bytes: vec![0xFF; 2 * SECTOR as usize], left: u32::MAX });
+        assert!(open.load().is_none() && !open.is_damaged());
+        open.save(settings(1), || ()).expect("room");
+        open.flash.bytes[20] ^= 1;
+        assert!(open.load().is_none() && open.is_damaged());
+        open.save(settings(2), || ()).expect("room");
+        assert!(open.load() == Some(settings(2)) && !open.is_damaged());
     }
 
     #[test]

@@ -1,7 +1,9 @@
 //! What the controller does to the machine, and the safe state.
 
+use serde::{Deserialize, Serialize};
+
 /// The finger's segments, from the hand outwards. Arrays of three are in this order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Segment {
     /// At the metacarpophalangeal joint (MCP).
     Proximal = 0,

@@ -1,12 +1,14 @@
 //! The controller: commands and sensor readings in, actuation and telemetry out, once a tick.
 
-use crate::actuation::{Actuation, PerSegment};
+use crate::actuation::{Actuation, PerSegment, Segment};
+use crate::bend_loop::{self, BendLoop};
+use crate::identification::{self, Identification, Identified};
 use crate::inverse::pressure_from_bend;
 use crate::observer::{Observer, Pneumatics};
 use crate::regulator::Regulator;
 use crate::self_test::{SelfTest, Verdict};
-use crate::sequence::Sequence;
 use crate::sequence::player::{Player, Reference};
+use crate::sequence::{Sequence, Target};
 use crate::supervisor::fault::{Clearing, FaultSet};
 use crate::supervisor::{Activity, Context, Supervisor};
 use crate::units::{Bend, Coefficients, Millis, Pressure};
@@ -99,6 +101,8 @@ pub enum Command {
     Run(&'static Sequence),
     /// Goes to these gauge pressures at once, and holds them.
     Setpoints(PerSegment<Pressure>),
+    /// Goes to these bends of the segments at once, and holds them; 0..=110 degrees each.
+    Bends(PerSegment<Bend>),
     /// Vents the finger and ends whatever runs.
     Vent,
     /// Holds the running sequence where it is: its time stands still, its setpoints are kept.
@@ -107,8 +111,10 @@ pub enum Command {
     Resume,
     /// Takes what the sensors read now as zero; only vented, and only within [`ZERO_LIMIT`] and [`BEND_ZERO_LIMIT`].
     ZeroSensors,
-    /// Uses these coefficients; only vented.
-    Calibrate(Coefficients),
+    /// Uses these coefficients for this segment; only vented.
+    Calibrate(Segment, Coefficients),
+    /// Uses the coefficients identified, of every segment that has some to offer; only vented.
+    AdoptIdentified,
     /// Clears a latched fault whose cause is gone.
     ClearFault,
 }
@@ -118,7 +124,7 @@ pub enum Command {
 pub enum Rejection {
     /// A fault is latched: clear it first.
     Faulted,
-    /// A setpoint lies outside 0..=150 kPa.
+    /// A setpoint lies outside 0..=150 kPa or 0..=110 degrees.
     SetpointOutOfLimits,
     /// The fault's cause is still there.
     CauseStillPresent,
@@ -134,6 +140,8 @@ pub enum Rejection {
     ZeroOutOfLimits,
     /// The power-on self test runs; wait for its end.
     SelfTesting,
+    /// No segment has identified coefficients to offer: run the sequence `calibrate` first.
+    NothingIdentified,
 }
 
 /// What the controller is doing.
@@ -181,7 +189,7 @@ pub struct Outputs {
 /// The whole of the controller's state.
 #[derive(Clone, Debug)]
 pub struct Controller {
-    coefficients: Coefficients,
+    coefficients: PerSegment<Coefficients>,
     reference: Source,
     /// The sequence's reference of the last tick.
     last: Reference,
@@ -196,6 +204,8 @@ pub struct Controller {
     bend_zero: Bend,
     /// While it runs, and while its failure is latched.
     self_test: Option<SelfTest>,
+    bend_loop: BendLoop,
+    identification: Identification,
     /// Looks for the part that failed while a fault is latched: not yet, now, or done.
     diagnosis: Diagnosis,
     /// What the last tick was about and drove.
@@ -216,7 +226,7 @@ enum Diagnosis {
 #[derive(Clone, Debug)]
 enum Source {
     Vented,
-    Manual(PerSegment<Pressure>),
+    Manual(Target),
     Sequence(Player),
     Paused(Player, Reference),
 }
@@ -224,17 +234,17 @@ enum Source {
 impl Controller {
     /// Starts vented, with the nominal pneumatics.
     #[must_use]
-    pub const fn new(coefficients: Coefficients) -> Self {
+    pub const fn new(coefficients: PerSegment<Coefficients>) -> Self {
         Self::with_pneumatics(coefficients, Pneumatics::NOMINAL)
     }
 
     /// Starts vented, with other pneumatics.
     #[must_use]
-    pub const fn with_pneumatics(coefficients: Coefficients, pneumatics: Pneumatics) -> Self {
+    pub const fn with_pneumatics(coefficients: PerSegment<Coefficients>, pneumatics: Pneumatics) -> Self {
         Self {
             coefficients,
             reference: Source::Vented,
-            last: Reference { setpoints: [Pressure::ZERO; 3], step: 0, repeat: 0, holding: false, finished: false },
+            last: Reference { target: Target::REST, step: 0, repeat: 0, holding: false, finished: false },
             observer: Observer::new(pneumatics),
             regulator: Regulator::new(),
             supervisor: Supervisor::new(),
@@ -247,12 +257,14 @@ impl Controller {
             activity: Activity::Vented,
             commanded: Actuation::SAFE,
             setpoints: [Pressure::ZERO; 3],
+            bend_loop: BendLoop::new(),
+            identification: Identification::new(coefficients),
         }
     }
 
     /// Starts with the power-on self test, and is vented and ready when that has passed.
     #[must_use]
-    pub const fn with_self_test(coefficients: Coefficients) -> Self {
+    pub const fn with_self_test(coefficients: PerSegment<Coefficients>) -> Self {
         let mut controller = Self::new(coefficients);
         controller.self_test = Some(SelfTest::new());
         controller
@@ -260,7 +272,7 @@ impl Controller {
 
     /// The calibration in use.
     #[must_use]
-    pub const fn coefficients(&self) -> Coefficients {
+    pub const fn coefficients(&self) -> PerSegment<Coefficients> {
         self.coefficients
     }
 
@@ -274,6 +286,18 @@ impl Controller {
     #[must_use]
     pub const fn bend_zero(&self) -> Bend {
         self.bend_zero
+    }
+
+    /// What has been identified of each segment since its coefficients were taken into use.
+    #[must_use]
+    pub fn identified(&self) -> PerSegment<Identified> {
+        self.identification.identified()
+    }
+
+    /// The trim of bends by the bend sensor.
+    #[must_use]
+    pub const fn bend_loop(&self) -> &BendLoop {
+        &self.bend_loop
     }
 
     /// Takes back zeros that were stored. One beyond its limit is no zero and is left at nothing.
@@ -304,11 +328,12 @@ impl Controller {
                 return Ok(());
             }
             Command::ZeroSensors => return self.zero_sensors(),
-            Command::Calibrate(coefficients) => {
+            Command::Calibrate(segment, coefficients) => {
                 self.require_vented()?;
-                self.coefficients = coefficients;
+                self.calibrate(segment, coefficients);
                 return Ok(());
             }
+            Command::AdoptIdentified => return self.adopt_identified(),
             Command::Pause => {
                 let Source::Sequence(player) = &self.reference else { return Err(Rejection::NotRunning) };
                 Source::Paused(player.clone(), self.last)
@@ -317,20 +342,44 @@ impl Controller {
                 let Source::Paused(player, _) = &self.reference else { return Err(Rejection::NotPaused) };
                 Source::Sequence(player.clone())
             }
-            Command::Run(_) | Command::Setpoints(_) if self.supervisor.fault().is_some() => {
+            Command::Run(_) | Command::Setpoints(_) | Command::Bends(_) if self.supervisor.fault().is_some() => {
                 return Err(Rejection::Faulted);
             }
-            Command::Run(_) | Command::Setpoints(_) if self.self_test.is_some() => return Err(Rejection::SelfTesting),
-            Command::Run(sequence) => Source::Sequence(Player::start(sequence)),
-            Command::Setpoints(setpoints) => {
-                if setpoints.iter().any(|&setpoint| setpoint < Pressure::ZERO || setpoint > PRESSURE_LIMIT) {
-                    return Err(Rejection::SetpointOutOfLimits);
-                }
-                Source::Manual(setpoints)
+            Command::Run(_) | Command::Setpoints(_) | Command::Bends(_) if self.self_test.is_some() => {
+                return Err(Rejection::SelfTesting);
             }
+            Command::Run(sequence) => Source::Sequence(Player::start(sequence)),
+            Command::Setpoints(setpoints) => Self::manual(Target::Pressure(setpoints))?,
+            Command::Bends(bends) => Self::manual(Target::Bend(bends))?,
         };
         self.reference = next;
         Ok(())
+    }
+
+    fn calibrate(&mut self, segment: Segment, coefficients: Coefficients) {
+        let [proximal, middle, distal] = &mut self.coefficients;
+        *match segment {
+            Segment::Proximal => proximal,
+            Segment::Middle => middle,
+            Segment::Distal => distal,
+        } = coefficients;
+        self.identification.restart(segment as usize, coefficients);
+    }
+
+    fn adopt_identified(&mut self) -> Result<(), Rejection> {
+        self.require_vented()?;
+        let mut taken = Err(Rejection::NothingIdentified);
+        for (segment, identified) in Segment::ALL.into_iter().zip(self.identified()) {
+            if identified.ready {
+                self.calibrate(segment, identified.coefficients);
+                taken = Ok(());
+            }
+        }
+        taken
+    }
+
+    fn manual(target: Target) -> Result<Source, Rejection> {
+        if target.within_limits() { Ok(Source::Manual(target)) } else { Err(Rejection::SetpointOutOfLimits) }
     }
 
     fn require_vented(&self) -> Result<(), Rejection> {
@@ -361,7 +410,6 @@ impl Controller {
             self.observer.measure(manifold - self.zero);
         }
         let chambers = self.observer.chambers();
-        let coefficients = [self.coefficients; 3];
         let fault = self.supervisor.watch(
             inputs,
             &Context {
@@ -373,7 +421,7 @@ impl Controller {
                 chambers: &chambers,
                 setpoints: &self.setpoints,
                 commanded: &self.commanded,
-                coefficients: &coefficients,
+                coefficients: &self.coefficients,
             },
         );
         if fault.is_some() {
@@ -409,6 +457,7 @@ impl Controller {
         outputs.estimates = self.observer.chambers();
         outputs.manifold = inputs.manifold.map(|pressure| pressure - self.zero);
         outputs.bend = inputs.bend.map(|bend| bend - self.bend_zero);
+        self.follow_bend(&outputs);
         outputs
     }
 
@@ -438,6 +487,29 @@ impl Controller {
         }
         self.diagnosis = Diagnosis::Done;
         None
+    }
+
+    /// The outer loop on bend, and the identification in the ticks that it leaves.
+    fn follow_bend(&mut self, outputs: &Outputs) {
+        let failed = outputs.faults.contains(Fault::BendSensorFailed);
+        let bend = outputs.bend.valid().filter(|_| !failed);
+        let air_rests = self.observer.air_rests();
+        let estimates = outputs.estimates;
+        let bends = match &self.reference {
+            Source::Manual(Target::Bend(bends)) => Some(*bends),
+            Source::Sequence(_) | Source::Paused(..) => match self.last.target {
+                Target::Bend(bends) => Some(bends),
+                Target::Pressure(_) => None,
+            },
+            Source::Manual(Target::Pressure(_)) | Source::Vented => None,
+        };
+        let seen = bend_loop::Observation { bends, estimates, bend, air_rests };
+        let idle = self.bend_loop.step(&seen, &self.coefficients);
+        let setpoints = outputs.setpoints;
+        self.identification.observe(&identification::Observation { setpoints, estimates, bend, air_rests });
+        if idle {
+            self.identification.work(&self.coefficients);
+        }
     }
 
     /// The self test's tick, while there is one: a failure is latched as a fault, and whatever fault there is starts the
@@ -495,17 +567,17 @@ impl Controller {
         };
         match &mut self.reference {
             Source::Vented => {}
-            Source::Manual(setpoints) => {
-                (outputs.mode, outputs.setpoints, outputs.holding) = (Mode::Holding, *setpoints, true);
+            Source::Manual(target) => {
+                (outputs.mode, outputs.holding) = (Mode::Holding, true);
+                outputs.setpoints = pressures(&self.coefficients, &self.bend_loop, target);
             }
             Source::Paused(_, last) => {
-                (outputs.mode, outputs.setpoints) = (Mode::Paused, last.setpoints);
+                outputs.mode = Mode::Paused;
+                outputs.setpoints = pressures(&self.coefficients, &self.bend_loop, &last.target);
                 (outputs.step, outputs.repeat) = (last.step, last.repeat);
             }
             Source::Sequence(player) => {
-                let coefficients = self.coefficients;
-                let reference = player
-                    .advance(|bend| pressure_from_bend(&coefficients, bend).clamp(Pressure::ZERO, PRESSURE_LIMIT));
+                let reference = player.advance();
                 self.last = reference;
                 if reference.finished {
                     self.reference = Source::Vented;
@@ -513,7 +585,7 @@ impl Controller {
                 }
                 outputs = Outputs {
                     mode: Mode::Running,
-                    setpoints: reference.setpoints,
+                    setpoints: pressures(&self.coefficients, &self.bend_loop, &reference.target),
                     step: reference.step,
                     repeat: reference.repeat,
                     holding: reference.holding,
@@ -522,6 +594,19 @@ impl Controller {
             }
         }
         outputs
+    }
+}
+
+/// The gauge pressures that a target asks for.
+fn pressures(coefficients: &PerSegment<Coefficients>, bend_loop: &BendLoop, target: &Target) -> PerSegment<Pressure> {
+    match *target {
+        Target::Pressure(setpoints) => setpoints,
+        Target::Bend(bends) => {
+            let [p, m, d] = bend_loop.trimmed(bends);
+            let [of_p, of_m, of_d] = coefficients;
+            [(of_p, p), (of_m, m), (of_d, d)]
+                .map(|(own, bend)| pressure_from_bend(own, bend).clamp(Pressure::ZERO, PRESSURE_LIMIT))
+        }
     }
 }
 
@@ -542,7 +627,7 @@ mod tests {
 
     #[test]
     fn a_pause_keeps_setpoints_and_time() {
-        let mut controller = Controller::new(calibration::DEFAULT);
+        let mut controller = Controller::new([calibration::DEFAULT; 3]);
         assert_eq!(controller.command(Command::Pause), Err(Rejection::NotRunning));
         let sequence = library::find("all").expect("built in");
         controller.command(Command::Run(sequence)).expect("taken");
@@ -564,7 +649,7 @@ mod tests {
 
     #[test]
     fn zeros_are_taken_vented_and_within_their_limits() {
-        let mut controller = Controller::new(calibration::DEFAULT);
+        let mut controller = Controller::new([calibration::DEFAULT; 3]);
         assert_eq!(controller.command(Command::ZeroSensors), Err(Rejection::ZeroOutOfLimits));
         let off = Inputs {
             manifold: Reading::Valid(Pressure::from_milli_kpa(1500)),
@@ -587,6 +672,9 @@ mod tests {
         controller.step(&CALM);
         controller.command(Command::Setpoints([Pressure::from_kpa(10); 3])).expect("taken");
         assert_eq!(controller.command(Command::ZeroSensors), Err(Rejection::NotVented));
-        assert_eq!(controller.command(Command::Calibrate(calibration::DEFAULT)), Err(Rejection::NotVented));
+        assert_eq!(
+            controller.command(Command::Calibrate(Segment::Distal, calibration::DEFAULT)),
+            Err(Rejection::NotVented)
+        );
     }
 }

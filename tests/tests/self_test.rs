@@ -19,7 +19,7 @@ struct Outcome {
 /// Runs the test to its end; `None` when it does not end within ten seconds.
 fn test(parameters: PlantParameters, scene: Scene, seed: u64) -> Option<Outcome> {
     let mut plant = Plant::new(parameters, scene, seed);
-    let mut controller = Controller::with_self_test(calibration::DEFAULT);
+    let mut controller = Controller::with_self_test([calibration::DEFAULT; 3]);
     let (mut manifold_kpa, mut chamber_kpa) = (0.0_f64, 0.0_f64);
     for milliseconds in 0..10_000 {
         let outputs = controller.step(&plant.inputs());
@@ -106,7 +106,7 @@ fn every_part_that_fails_is_named() {
 
 #[test]
 fn a_cleared_failure_is_tested_again() {
-    let mut controller = Controller::with_self_test(calibration::DEFAULT);
+    let mut controller = Controller::with_self_test([calibration::DEFAULT; 3]);
     let scene = Scene::default().with_faults([InjectedFault::passing(FaultKind::PumpDead, 0, 2000)]);
     let mut plant = Plant::new(PlantParameters::default(), scene, 1);
     let mut modes = Vec::new();

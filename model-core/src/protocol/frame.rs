@@ -143,6 +143,7 @@ fn remove_cobs(frame: &mut [u8]) -> Option<usize> {
 mod tests {
     use super::super::message::*;
     use super::*;
+    use crate::actuation::Segment;
     use proptest::prelude::*;
 
     fn commands() -> Vec<LinkCommand> {
@@ -154,10 +155,13 @@ mod tests {
             LinkCommand::Vent,
             LinkCommand::Setpoints([60 << 16, 30 << 16, 60 << 16]),
             LinkCommand::ZeroSensors,
-            LinkCommand::Calibrate { k: 0, c1: 232_121_178, c2: 5_630_601 },
+            LinkCommand::Calibrate { segment: Segment::Middle, k: 0, c1: 232_121_178, c2: 5_630_601 },
             LinkCommand::Identify,
             LinkCommand::ClearFault,
             LinkCommand::Beat,
+            LinkCommand::Bends([45 << 16, 30 << 16, 15 << 16]),
+            LinkCommand::Identification,
+            LinkCommand::AdoptIdentified,
         ]
     }
 
@@ -274,6 +278,19 @@ mod tests {
             frame.push(0);
             assert_eq!(decoded(&mut Decoder::new(), &frame), [Err(error)]);
         }
+    }
+
+    #[test]
+    fn the_widest_identification_fits() {
+        let widest = IdentifiedSegment {
+            coefficients: [i32::MIN; 3],
+            residual_pressure: i32::MIN,
+            residual_bend: i32::MIN,
+            points: u16::MAX,
+            ready: true,
+        };
+        let widest = Report::Identification { id: u16::MAX, segments: [widest; 3] };
+        assert!(encode(&widest, &mut [0; MAX_FRAME]).is_some());
     }
 
     #[test]

@@ -2,8 +2,10 @@
 //!
 //! Pressures are in 2^-16 kPa, bends in 2^-16 degree, coefficients in 2^-24 kPa, as [`crate::units`] keep them.
 
-use crate::actuation::{Actuation, Passage};
+use crate::actuation::{Actuation, Passage, Segment};
 use crate::controller::{Fault, Mode, Rejection};
+use crate::identification::Identified;
+use fixed::types::I8F24;
 use serde::{Deserialize, Serialize};
 
 /// A sequence's name, at most 24 bytes.
@@ -33,8 +35,10 @@ pub enum LinkCommand {
     Setpoints([i32; 3]),
     /// Takes what the sensors read now, vented, as zero.
     ZeroSensors,
-    /// Uses these coefficients (2^-24 kPa) from now on.
+    /// Uses these coefficients (2^-24 kPa) for one segment from now on.
     Calibrate {
+        /// Whose.
+        segment: Segment,
         /// Linear bending stiffness, 0..=60 kPa.
         k: i32,
         /// First Yeoh coefficient, 5..=40 kPa.
@@ -48,6 +52,12 @@ pub enum LinkCommand {
     ClearFault,
     /// Says that the host is there, and nothing else.
     Beat,
+    /// Goes to these bends of the segments at once (2^-16 degree, 0..=110 degrees) and holds them.
+    Bends([i32; 3]),
+    /// Asks for what has been identified; answered with [`Report::Identification`].
+    Identification,
+    /// Uses the identified coefficients from now on.
+    AdoptIdentified,
 }
 
 /// Device to host.
@@ -69,6 +79,41 @@ pub enum Report {
     },
     /// Answer to [`LinkCommand::Identify`].
     Identity(Identity),
+    /// Answer to [`LinkCommand::Identification`].
+    Identification {
+        /// The request's.
+        id: u16,
+        /// Proximal, middle, distal.
+        segments: [IdentifiedSegment; 3],
+    },
+}
+
+/// What has been identified of a segment since its coefficients were taken into use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct IdentifiedSegment {
+    /// k, c1, c2, 2^-24 kPa.
+    pub coefficients: [i32; 3],
+    /// Root mean square of the residual as pressure, 2^-16 kPa.
+    pub residual_pressure: i32,
+    /// The same as bend, 2^-16 degree.
+    pub residual_bend: i32,
+    /// Points taken.
+    pub points: u16,
+    /// They reach far enough and fit well enough to be adopted.
+    pub ready: bool,
+}
+
+impl From<Identified> for IdentifiedSegment {
+    fn from(identified: Identified) -> Self {
+        let coefficients = identified.coefficients;
+        Self {
+            coefficients: [coefficients.k(), coefficients.c1(), coefficients.c2()].map(I8F24::to_bits),
+            residual_pressure: identified.residual_pressure.to_bits(),
+            residual_bend: identified.residual_bend.to_bits(),
+            points: identified.points,
+            ready: identified.ready,
+        }
+    }
 }
 
 /// Who the device is.
@@ -84,8 +129,8 @@ pub struct Identity {
     pub serial: [u32; 3],
     /// Why the device last started.
     pub reset_cause: ResetCause,
-    /// k, c1, c2 in use, 2^-24 kPa.
-    pub coefficients: [i32; 3],
+    /// k, c1, c2 in use for each segment, 2^-24 kPa.
+    pub coefficients: [[i32; 3]; 3],
     /// What the pressure sensor reads at atmosphere, 2^-16 kPa.
     pub pressure_zero: i32,
     /// What the bend sensor reads at rest, 2^-16 degree.
@@ -118,7 +163,7 @@ pub enum Reason {
     UnknownSequence,
     /// A fault is latched: clear it first.
     Faulted,
-    /// A setpoint lies outside 0..=150 kPa.
+    /// A setpoint lies outside 0..=150 kPa or 0..=110 degrees.
     SetpointOutOfLimits,
     /// A coefficient lies outside its range.
     CoefficientOutOfLimits,
@@ -138,6 +183,8 @@ pub enum Reason {
     StorageFailed,
     /// The power-on self test runs; wait for its end.
     SelfTesting,
+    /// No segment has identified coefficients to offer.
+    NothingIdentified,
 }
 
 impl From<Rejection> for Reason {
@@ -152,6 +199,7 @@ impl From<Rejection> for Reason {
             Rejection::NotVented => Self::NotVented,
             Rejection::ZeroOutOfLimits => Self::ZeroOutOfLimits,
             Rejection::SelfTesting => Self::SelfTesting,
+            Rejection::NothingIdentified => Self::NothingIdentified,
         }
     }
 }

@@ -45,8 +45,29 @@ pub const MAX_DURATION: Millis = Millis(30 * 60 * 1000);
 pub enum Target {
     /// Gauge pressure of each chamber.
     Pressure(PerSegment<Pressure>),
-    /// Bend of each segment; the controller turns it into pressure by its calibration.
+    /// Bend of each segment; the controller turns it into pressure by the segment's calibration, and trims it by the bend
+    /// sensor.
     Bend(PerSegment<Bend>),
+}
+
+impl Target {
+    /// A finger at rest.
+    pub const REST: Self = Self::Pressure([Pressure::ZERO; 3]);
+
+    /// Every value is zero.
+    #[must_use]
+    pub const fn at_rest(&self) -> bool {
+        Values::of(self).at_rest()
+    }
+
+    /// Every value lies within what a step may ask for: 0..=[`MAX_PRESSURE`], 0..=[`MAX_BEND`].
+    #[must_use]
+    pub fn within_limits(&self) -> bool {
+        match self {
+            Self::Pressure(all) => all.iter().all(|one| (Pressure::ZERO..=MAX_PRESSURE).contains(one)),
+            Self::Bend(all) => all.iter().all(|one| (Bend::ZERO..=MAX_BEND).contains(one)),
+        }
+    }
 }
 
 /// One step: go to the target in a straight line, then stay there.

@@ -1,4 +1,4 @@
-//! Plays a sequence: from ticks to setpoints.
+//! Plays a sequence: from ticks to targets.
 //!
 //! ```text
 //!            ramp over         hold over, another step or repeat
@@ -9,21 +9,20 @@
 //! ```
 
 use super::{Sequence, Step, Target};
-use crate::actuation::PerSegment;
 use crate::units::{Bend, Millis, Pressure};
 
-/// One tick's setpoints.
+/// One tick's target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reference {
-    /// Where each chamber should be now.
-    pub setpoints: PerSegment<Pressure>,
+    /// Where the segments should be now, in pressures or in bends as the step has it.
+    pub target: Target,
     /// Index of the step within the table.
     pub step: u16,
     /// Which repeat, from zero.
     pub repeat: u16,
     /// The ramp is over.
     pub holding: bool,
-    /// Everything is over; the setpoints are zero.
+    /// Everything is over; the target is zero.
     pub finished: bool,
 }
 
@@ -43,8 +42,7 @@ impl Player {
     /// At the start of the first step, from rest.
     #[must_use]
     pub const fn start(sequence: &'static Sequence) -> Self {
-        let from = Target::Pressure([Pressure::ZERO; 3]);
-        Self { sequence, step: 0, repeat: 0, elapsed: Millis::ZERO, from }
+        Self { sequence, step: 0, repeat: 0, elapsed: Millis::ZERO, from: Target::REST }
     }
 
     /// The sequence that is played.
@@ -53,16 +51,15 @@ impl Player {
         self.sequence
     }
 
-    /// This tick's setpoints; then time goes on by a millisecond. `pressure` turns a bend into the pressure that
-    /// makes it. Not calling it for a while is a pause.
-    pub fn advance(&mut self, pressure: impl Fn(Bend) -> Pressure) -> Reference {
+    /// This tick's target; then time goes on by a millisecond. Not calling it for a while is a pause.
+    pub fn advance(&mut self) -> Reference {
         self.skip_what_is_over();
         let Some(step) = self.current() else {
             let (step, repeat) = (0, self.repeat);
-            return Reference { setpoints: [Pressure::ZERO; 3], step, repeat, holding: false, finished: true };
+            return Reference { target: Target::REST, step, repeat, holding: false, finished: true };
         };
         let reference = Reference {
-            setpoints: self.setpoints(&step, pressure),
+            target: self.target(&step),
             step: self.step,
             repeat: self.repeat,
             holding: self.elapsed >= step.ramp,
@@ -93,18 +90,24 @@ impl Player {
         }
     }
 
-    fn setpoints(&self, step: &Step, pressure: impl Fn(Bend) -> Pressure) -> PerSegment<Pressure> {
+    fn target(&self, step: &Step) -> Target {
         let between = |from: i32, to: i32| interpolate(from, to, self.elapsed, step.ramp);
         match (self.from, step.target) {
-            (Target::Bend([p, m, d]), Target::Bend([to_p, to_m, to_d])) => [(p, to_p), (m, to_m), (d, to_d)]
-                .map(|(from, to)| pressure(Bend::from_bits(between(from.to_bits(), to.to_bits())))),
+            (Target::Bend([p, m, d]), Target::Bend([to_p, to_m, to_d])) => Target::Bend(
+                [(p, to_p), (m, to_m), (d, to_d)]
+                    .map(|(from, to)| Bend::from_bits(between(from.to_bits(), to.to_bits()))),
+            ),
             // Units change at zero only, which is zero in both.
-            (Target::Pressure(_), Target::Bend(to)) => to.map(|to| pressure(Bend::from_bits(between(0, to.to_bits())))),
-            (Target::Bend(from), Target::Pressure(_)) => {
-                from.map(|from| pressure(Bend::from_bits(between(from.to_bits(), 0))))
+            (Target::Pressure(_), Target::Bend(to)) => {
+                Target::Bend(to.map(|to| Bend::from_bits(between(0, to.to_bits()))))
             }
-            (Target::Pressure([p, m, d]), Target::Pressure([to_p, to_m, to_d])) => [(p, to_p), (m, to_m), (d, to_d)]
-                .map(|(from, to)| Pressure::from_bits(between(from.to_bits(), to.to_bits()))),
+            (Target::Bend(from), Target::Pressure(_)) => {
+                Target::Bend(from.map(|from| Bend::from_bits(between(from.to_bits(), 0))))
+            }
+            (Target::Pressure([p, m, d]), Target::Pressure([to_p, to_m, to_d])) => Target::Pressure(
+                [(p, to_p), (m, to_m), (d, to_d)]
+                    .map(|(from, to)| Pressure::from_bits(between(from.to_bits(), to.to_bits()))),
+            ),
         }
     }
 }
@@ -126,49 +129,40 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// A stand-in for the calibration: 2 kPa per degree.
-    fn twice(bend: Bend) -> Pressure {
-        Pressure::from_bits(bend.to_bits() * 2)
-    }
-
     #[test]
     fn every_sequence_lasts_its_duration_and_ends_at_rest() {
         for sequence in library::ALL {
             let mut player = Player::start(sequence);
             let mut ticks = 0;
-            let mut last = [Pressure::ZERO; 3];
+            let mut last = Target::REST;
             loop {
-                let reference = player.advance(twice);
+                let reference = player.advance();
                 if reference.finished {
                     break;
                 }
-                (ticks, last) = (ticks + 1, reference.setpoints);
+                (ticks, last) = (ticks + 1, reference.target);
             }
             assert_eq!(Millis(ticks), sequence.duration(), "{}", sequence.name);
-            assert_eq!(last, [Pressure::ZERO; 3], "{}", sequence.name);
-            assert!(player.advance(twice).finished, "it stays finished");
+            assert!(last.at_rest(), "{}", sequence.name);
+            assert!(player.advance().finished, "it stays finished");
         }
     }
 
     #[test]
     fn ramps_are_exact_at_their_ends_and_half_way() {
         let mut player = Player::start(library::find("all").expect("built in"));
-        let references: Vec<_> = (0..11_000).map(|_| player.advance(twice)).collect();
-        let at = |ms: usize| references[ms].setpoints[0];
-        assert_eq!(at(0), Pressure::ZERO);
-        assert_eq!(at(1500), Pressure::from_kpa(75));
-        assert_eq!(at(3000), Pressure::from_kpa(150));
-        assert_eq!(at(7000), Pressure::from_kpa(150));
-        assert_eq!(at(8500), Pressure::from_kpa(75));
-        assert_eq!(at(10_000), Pressure::ZERO);
+        let references: Vec<_> = (0..11_000).map(|_| player.advance()).collect();
+        for (ms, kpa) in [(0, 0), (1500, 75), (3000, 150), (7000, 150), (8500, 75), (10_000, 0)] {
+            assert_eq!(references[ms].target, Target::Pressure([Pressure::from_kpa(kpa); 3]), "{ms} ms");
+        }
         assert!(!references[2999].holding && references[3000].holding);
     }
 
     #[test]
     fn bends_are_interpolated_in_degrees() {
         let mut player = Player::start(library::find("isolated-pip").expect("built in"));
-        let half = (0..=1500).map(|_| player.advance(twice)).last().expect("some");
-        assert_eq!(half.setpoints, [Pressure::ZERO, Pressure::from_kpa(60), Pressure::ZERO]);
+        let half = (0..=1500).map(|_| player.advance()).last().expect("some");
+        assert_eq!(half.target, Target::Bend([Bend::ZERO, Bend::from_deg(30), Bend::ZERO]));
     }
 
     proptest! {

@@ -1,7 +1,7 @@
 //! The host's link on the ELF: every command taken and refused, and no damage that is taken for a command.
 
 use emulated_board::{Bench, firmware_elf};
-use model_core::actuation::Actuation;
+use model_core::actuation::{Actuation, Segment};
 use model_core::protocol::{LinkCommand, LinkMode, MAX_FRAME, Reason, Report, Request, SequenceName, encode};
 
 fn bench() -> Bench {
@@ -31,17 +31,18 @@ fn mode(bench: &mut Bench) -> LinkMode {
 #[test]
 fn every_command_is_taken_and_refused_for_its_reason() {
     let mut bench = bench();
-    let calibrate = |k: i32| LinkCommand::Calibrate { k: k << 24, c1: 14 << 24, c2: 1 << 23 };
+    let calibrate = |k: i32| LinkCommand::Calibrate { segment: Segment::Middle, k: k << 24, c1: 14 << 24, c2: 1 << 23 };
     refused(&mut bench, &run("no such sequence"), Reason::UnknownSequence);
     refused(&mut bench, &LinkCommand::Pause, Reason::NotRunning);
     refused(&mut bench, &LinkCommand::Resume, Reason::NotPaused);
     refused(&mut bench, &LinkCommand::Setpoints([kpa(10), kpa(151), 0]), Reason::SetpointOutOfLimits);
+    refused(&mut bench, &LinkCommand::Bends([0, 0, 111 << 16]), Reason::SetpointOutOfLimits);
     refused(&mut bench, &LinkCommand::ClearFault, Reason::NoFault);
     refused(&mut bench, &calibrate(61), Reason::CoefficientOutOfLimits);
     bench.take(&LinkCommand::ZeroSensors).expect("taken");
     bench.take(&calibrate(2)).expect("taken");
     match bench.ask(&LinkCommand::Identify).expect("answers") {
-        Report::Identity(identity) => assert_eq!(identity.coefficients, [2 << 24, 14 << 24, 1 << 23]),
+        Report::Identity(identity) => assert_eq!(identity.coefficients[1], [2 << 24, 14 << 24, 1 << 23]),
         other => panic!("{other:?}"),
     }
     bench.take(&run("all")).expect("taken");
@@ -95,7 +96,7 @@ fn no_damaged_truncated_or_flooding_frame_moves_anything() {
         LinkCommand::Vent,
         LinkCommand::Setpoints([kpa(150); 3]),
         LinkCommand::ZeroSensors,
-        LinkCommand::Calibrate { k: 1, c1: 9 << 24, c2: 1 },
+        LinkCommand::Calibrate { segment: Segment::Middle, k: 1, c1: 9 << 24, c2: 1 },
         LinkCommand::Identify,
         LinkCommand::ClearFault,
     ];

@@ -114,7 +114,7 @@ fn record(name: &str, milliseconds: u32) -> (Vec<Tick>, std::ops::Range<usize>) 
 
 /// The first tick after which core and pins differ, when the core takes the command after tick `taken`.
 fn first_difference(ticks: &[Tick], sequence: &'static Sequence, taken: usize) -> Option<usize> {
-    let mut core = Controller::with_self_test(calibration::DEFAULT);
+    let mut core = Controller::with_self_test([calibration::DEFAULT; 3]);
     ticks.iter().enumerate().position(|(index, tick)| {
         let decided = core.step(&tick.inputs).actuation;
         if index == taken {

@@ -1,18 +1,19 @@
 //! Calibration and zeros survive the loss of power, at whatever flash operation it comes.
 
 use emulated_board::{Bench, Halt, firmware_elf};
+use model_core::actuation::Segment;
 use model_core::protocol::{LinkCommand, Report};
 
 const OLD: [i32; 3] = [1 << 24, 12 << 24, 1 << 22];
 const NEW: [i32; 3] = [3 << 24, 15 << 24, 1 << 23];
 
 fn calibrate([k, c1, c2]: [i32; 3]) -> LinkCommand {
-    LinkCommand::Calibrate { k, c1, c2 }
+    LinkCommand::Calibrate { segment: Segment::Middle, k, c1, c2 }
 }
 
 fn coefficients(bench: &mut Bench) -> [i32; 3] {
     match bench.ask(&LinkCommand::Identify).expect("answers") {
-        Report::Identity(identity) => identity.coefficients,
+        Report::Identity(identity) => identity.coefficients[Segment::Middle as usize],
         other => panic!("{other:?}"),
     }
 }

@@ -4,7 +4,7 @@ use anyhow::{Result, ensure};
 use emulated_board::bench::{STOP, SWITCH};
 use emulated_board::time::MILLISECOND;
 use emulated_board::{Bench, firmware_elf};
-use model_core::actuation::Actuation;
+use model_core::actuation::{Actuation, Segment};
 use model_core::protocol::{LinkCommand, SequenceName};
 use model_core::sequence::library;
 use std::time::Instant;
@@ -86,7 +86,7 @@ fn deepest_stack(elf: &[u8]) -> Result<u32> {
     bench.ready()?;
     let commands = [
         LinkCommand::Identify,
-        LinkCommand::Calibrate { k: 0, c1: 14 << 24, c2: 1 << 23 },
+        LinkCommand::Calibrate { segment: Segment::Middle, k: 0, c1: 14 << 24, c2: 1 << 23 },
         LinkCommand::ZeroSensors,
         LinkCommand::Run(SequenceName::try_from("grasp")?),
     ];
