@@ -253,12 +253,12 @@ impl Controller {
             rested: 0,
             bend_zero: Bend::ZERO,
             self_test: None,
-            bend_loop: BendLoop::new(),
-            identification: Identification::new(coefficients),
             diagnosis: Diagnosis::NotYet,
             activity: Activity::Vented,
             commanded: Actuation::SAFE,
             setpoints: [Pressure::ZERO; 3],
+            bend_loop: BendLoop::new(),
+            identification: Identification::new(coefficients),
         }
     }
 
@@ -461,29 +461,6 @@ impl Controller {
         outputs
     }
 
-    /// The outer loop on bend, and the identification in the ticks that it leaves.
-    fn follow_bend(&mut self, outputs: &Outputs) {
-        let failed = outputs.faults.contains(Fault::BendSensorFailed);
-        let bend = outputs.bend.valid().filter(|_| !failed);
-        let air_rests = self.observer.air_rests();
-        let estimates = outputs.estimates;
-        let bends = match &self.reference {
-            Source::Manual(Target::Bend(bends)) => Some(*bends),
-            Source::Sequence(_) | Source::Paused(..) => match self.last.target {
-                Target::Bend(bends) => Some(bends),
-                Target::Pressure(_) => None,
-            },
-            Source::Manual(Target::Pressure(_)) | Source::Vented => None,
-        };
-        let seen = bend_loop::Observation { bends, estimates, bend, air_rests };
-        let idle = self.bend_loop.step(&seen, &self.coefficients);
-        let setpoints = outputs.setpoints;
-        self.identification.observe(&identification::Observation { setpoints, estimates, bend, air_rests });
-        if idle {
-            self.identification.work(&self.coefficients);
-        }
-    }
-
     /// Looks for the part that failed, once for each latched fault: the finger vents, and the self test's phases name what
     /// does not respond. Nothing when that is not, or no longer, allowed.
     fn diagnose(&mut self, inputs: &Inputs) -> Option<Actuation> {
@@ -510,6 +487,29 @@ impl Controller {
         }
         self.diagnosis = Diagnosis::Done;
         None
+    }
+
+    /// The outer loop on bend, and the identification in the ticks that it leaves.
+    fn follow_bend(&mut self, outputs: &Outputs) {
+        let failed = outputs.faults.contains(Fault::BendSensorFailed);
+        let bend = outputs.bend.valid().filter(|_| !failed);
+        let air_rests = self.observer.air_rests();
+        let estimates = outputs.estimates;
+        let bends = match &self.reference {
+            Source::Manual(Target::Bend(bends)) => Some(*bends),
+            Source::Sequence(_) | Source::Paused(..) => match self.last.target {
+                Target::Bend(bends) => Some(bends),
+                Target::Pressure(_) => None,
+            },
+            Source::Manual(Target::Pressure(_)) | Source::Vented => None,
+        };
+        let seen = bend_loop::Observation { bends, estimates, bend, air_rests };
+        let idle = self.bend_loop.step(&seen, &self.coefficients);
+        let setpoints = outputs.setpoints;
+        self.identification.observe(&identification::Observation { setpoints, estimates, bend, air_rests });
+        if idle {
+            self.identification.work(&self.coefficients);
+        }
     }
 
     /// The self test's tick, while there is one: a failure is latched as a fault, and whatever fault there is starts the
