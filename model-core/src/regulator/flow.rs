@@ -1,6 +1,12 @@
 //! The outputs of each phase.
 
-use super::*;
+use super::{
+    BACKFLOW_BAND, Direction, LEVEL_BAND, LOOK_BAND, LOOK_TICKS, NONE, PUMP_MIN_TICKS, Phase, Regulator, STAY,
+    STAY_MOVING, VALVE_MIN_TICKS, View, get, member, milli_kpa, set_open,
+};
+use crate::actuation::{Actuation, Passage};
+use crate::units::Pressure;
+use fixed::types::I16F16;
 
 impl Regulator {
     /// Pump or dump, and the valves of those who want.
