@@ -12,11 +12,13 @@
 //! 2. *Several alike* (the same reference, from pressures within 2 kPa): all at once in equal shares. An orifice's flow is concave in
 //!    the pressure it flows to, so of all ways to share the air this passes the most; then the sum of the chambers is a chamber
 //!    as in 1. What unequal shares could gain by bending later is of second order; the tests search for it and find nothing.
-//! 3. *Several unlike.* Each alone is a bound. So is their sum: an orifice's flow is concave in the pressure it flows to, so k
-//!    valves pass no more than k times the flow to the chambers' mean pressure, and that mean is no lower than the same air
-//!    in chambers at their largest. With S for the air in the moving chambers, (N, S) is cooperative again; the step is not
-//!    done before S is what the chambers need, each as in 1.
-//! 4. *Falling* is the same with the dump valve for the pump and every inequality turned round; leaks help.
+//! 3. *Several unlike.* Each alone, and each group of chambers that are alike, is a bound. So is their sum: k valves pass no more
+//!    than k times the flow to the chambers' mean pressure, and that mean is no lower than the same air in chambers at their
+//!    largest. With S for the air in the moving chambers, (N, S) is cooperative again; the step is not done before S is what
+//!    the chambers need, each as in 1 and 2.
+//! 4. *Falling* is the same with the dump valve for the pump and every inequality turned round; leaks help. Chambers that fall to
+//!    one reference from different pressures come together within some ten milliseconds through the manifold: their mean falls as
+//!    in 2.
 //! 5. *Some rise and some fall.* Then air may pass from one to the other, and only the valves bound it: each rising
 //!    chamber through its valve from a manifold at the ceiling, each falling one through its valve to the atmosphere.
 //!    Such bounds are loose and listed apart.
@@ -110,25 +112,32 @@ struct Alone {
     content_nl: f64,
 }
 
-fn slowest_and_sum(all: &[Alone]) -> (f64, f64) {
-    all.iter().fold((0.0, 0.0), |(slowest, sum), one| (one.time_ms.max(slowest), sum + one.error_kpa_ms))
-}
-
-/// The chamber that stands for all, when they are alike: their mean.
-fn alike(chambers: &[Chamber]) -> Option<Chamber> {
-    let first = chambers.first()?;
-    let near = |other: &Chamber| {
-        (other.goal_kpa - first.goal_kpa).abs() <= 0.0 && (other.start_kpa - first.start_kpa).abs() <= BAND_KPA
+/// Groups of chambers that are alike: their mean, and how many they are.
+fn alike(chambers: &[Chamber], rise: bool) -> Vec<(Chamber, f64)> {
+    let near = |one: &Chamber, other: &Chamber| {
+        (one.goal_kpa - other.goal_kpa).abs() <= 0.0 && (!rise || (one.start_kpa - other.start_kpa).abs() <= BAND_KPA)
     };
-    let mean = |of: fn(&Chamber) -> f64| chambers.iter().map(of).sum::<f64>() / chambers.len() as f64;
-    chambers.iter().all(near).then(|| Chamber {
-        content_nl: mean(|chamber| chamber.content_nl),
-        bend_rad: mean(|chamber| chamber.bend_rad),
-        delay_ms: chambers.iter().map(|chamber| chamber.delay_ms).fold(f64::INFINITY, f64::min),
-        // If one leaks, all do: that helps no less.
-        leak: chambers.iter().find_map(|chamber| chamber.leak),
-        ..*first
-    })
+    let mut groups: Vec<Vec<Chamber>> = Vec::new();
+    for chamber in chambers {
+        match groups.iter_mut().find(|group| group.iter().all(|other| near(chamber, other))) {
+            Some(group) => group.push(*chamber),
+            None => groups.push(vec![*chamber]),
+        }
+    }
+    let stands_for = |group: &Vec<Chamber>| {
+        let count = group.len() as f64;
+        let mean = |of: fn(&Chamber) -> f64| group.iter().map(of).sum::<f64>() / count;
+        let mean_chamber = Chamber {
+            content_nl: mean(|chamber| chamber.content_nl),
+            bend_rad: mean(|chamber| chamber.bend_rad),
+            delay_ms: group.iter().map(|chamber| chamber.delay_ms).fold(f64::INFINITY, f64::min),
+            // If one leaks, all do: that helps no less.
+            leak: group.iter().find_map(|chamber| chamber.leak),
+            ..group[0]
+        };
+        (mean_chamber, count)
+    };
+    groups.iter().map(stands_for).collect()
 }
 
 /// Static bend at a gauge pressure, by halving.
@@ -226,7 +235,9 @@ impl Physics {
             (false, false) => {
                 let up = rising.iter().map(|chamber| self.through_valve(chamber, true));
                 let down = falling.iter().map(|chamber| self.through_valve(chamber, false));
-                (Kind::Mixed, slowest_and_sum(&up.chain(down).collect::<Vec<_>>()))
+                let slowest_and_sum =
+                    |(slowest, sum): (f64, f64), one: Alone| (one.time_ms.max(slowest), sum + one.error_kpa_ms);
+                (Kind::Mixed, up.chain(down).fold((0.0, 0.0), slowest_and_sum))
             }
             (false, true) => (Kind::Rise, self.together(start, &rising, true)),
             (true, _) => (Kind::Fall, self.together(start, &falling, false)),
@@ -265,15 +276,16 @@ impl Physics {
 
     /// Points 1 to 4 of the module's page.
     fn together(&self, start: &StepStart, chambers: &[Chamber], rise: bool) -> (f64, f64) {
-        if let Some(each) = alike(chambers) {
-            let count = chambers.len() as f64;
-            let one = self.alone(start, each, count, rise);
-            return (one.time_ms, count * one.error_kpa_ms);
+        let groups = alike(chambers, rise);
+        let each: Vec<Alone> =
+            groups.iter().map(|(chamber, count)| self.alone(start, *chamber, *count, rise)).collect();
+        let longest_ms = each.iter().fold(0.0, |longest, one| one.time_ms.max(longest));
+        let error_kpa_ms = each.iter().zip(&groups).map(|(one, (_, count))| count * one.error_kpa_ms).sum();
+        if groups.len() < 2 {
+            return (longest_ms, error_kpa_ms);
         }
-        let alone: Vec<Alone> = chambers.iter().map(|&chamber| self.alone(start, chamber, 1.0, rise)).collect();
-        let (longest_ms, error_kpa_ms) = slowest_and_sum(&alone);
         let sign = if rise { 1.0 } else { -1.0 };
-        let needed_nl: f64 = alone.iter().map(|one| one.content_nl).sum();
+        let needed_nl: f64 = each.iter().zip(&groups).map(|(one, (_, count))| count * one.content_nl).sum();
         // Rising, the largest volumes make the lowest mean pressure and the most flow; falling, the smallest the highest.
         let at_goal = |chamber: &Chamber| {
             self.volume_l(self.static_bend_rad(chamber.index, chamber.goal_kpa + sign * 2.0 * BAND_KPA))

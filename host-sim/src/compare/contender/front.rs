@@ -232,9 +232,9 @@ impl Front {
         self.supplying = missing_kpa > if self.supplying { 0.0 } else { self.gains.supply_hysteresis_kpa };
         // A dump valve at the atmosphere can stay open; closing it gains nothing.
         let to_atmosphere = self.direction < 0 && aim_kpa >= 0.0;
-        for i in 0..3 {
-            self.moved[i] |= open[i];
-            self.unseen_ticks[i] = self.unseen_ticks[i].saturating_add(1);
+        for ((moved, ticks), open) in self.moved.iter_mut().zip(&mut self.unseen_ticks).zip(open) {
+            *moved |= open;
+            *ticks = ticks.saturating_add(1);
         }
         self.served = open;
         Actuation {
