@@ -147,6 +147,9 @@ fn answer(controller: &mut Controller, store: &mut SettingsStore, request: Reque
     let id = request.id;
     let report = match handle(controller, &request.command) {
         Ok(Effect::IdentityAsked) => Report::Identity(identity(controller, id)),
+        Ok(Effect::IdentificationAsked) => {
+            Report::Identification { id, segments: controller.identified().map(Into::into) }
+        }
         Ok(Effect::Nothing) => Report::Ack { id },
         Ok(Effect::SettingsChanged) => match save(controller, store) {
             Ok(()) => Report::Ack { id },

@@ -76,6 +76,10 @@ fn bad_arguments_name_the_value_and_the_limit() {
         (vec!["run", "--sequence", "polka"], vec!["polka", "reconfigure", "isolated-dip"]),
         (vec!["run", "--setpoints", "60,151,60"], vec!["151", "150 kPa"]),
         (vec!["run", "--setpoints", "60,60"], vec!["2 values"]),
+        (vec!["run", "--bends", "60,111,60"], vec!["111", "110 degrees"]),
+        (vec!["run", "--bends", "60,60,60", "--setpoints", "60,60,60"], vec!["--bends", "--setpoints"]),
+        (vec!["identify", "--finger", "0,4,0.3"], vec!["C1", "5..=40"]),
+        (vec!["identify", "--finger", "0,9,0.3", "--finger", "0,9,0.3"], vec!["2 times"]),
         (vec!["eval", "angle-from-pressure", "--calibration", "0,4,0.3"], vec!["C1", "5..=40"]),
         (
             vec!["eval", "angle-from-pressure", "--method", "guess"],
@@ -106,6 +110,19 @@ fn run_prints_the_figures_as_json_and_leaves_the_files_it_names() {
     assert_eq!(json["seed"], 1);
     for file in json["files"].as_array().expect("a list") {
         assert!(std::path::Path::new(file.as_str().expect("a path")).exists(), "{file}");
+    }
+}
+
+#[test]
+fn identify_prints_the_figures_as_json_and_leaves_its_files() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().to_str().expect("UTF-8");
+    let output = host_sim(&["identify", "--finger", "0,13.79,0.323", "--json", "--out", out], "");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON and nothing else");
+    assert!(json["segments"][2]["points"].as_u64().is_some_and(|points| points >= 10), "{json:#}");
+    for name in ["identify.svg", "identify.json"] {
+        assert!(folder.path().join(name).exists(), "{name}");
     }
 }
 
