@@ -204,7 +204,8 @@ impl Front {
         let pumped = model.pump_flow(manifold).to_num::<f64>() * f64::from(self.observer.pump_ticks_pending());
         let dumped =
             model.valve_flow(manifold, Pressure::ZERO).to_num::<f64>() * f64::from(self.observer.dump_ticks_pending());
-        manifold.to_f64() + (pumped - dumped) / self.observer.volume(open).to_num::<f64>()
+        let opened = open.iter().filter(|&&open| open).count() as f64;
+        manifold.to_f64() + (pumped - dumped) / (1.0 + opened * model.chamber_ratio.to_num::<f64>())
     }
 
     /// Supplies the manifold beyond the chambers and opens those that want it.
