@@ -2,6 +2,7 @@
 
 mod baseline;
 mod board_figures;
+mod compare;
 mod elf;
 mod firmware;
 mod host_sim;
@@ -89,9 +90,11 @@ enum Chore {
         #[arg(long, conflicts_with = "write")]
         check: bool,
     },
+    /// Compares the regulators and renews docs/compare.md and its pictures.
+    Compare,
     /// Makes the pictures that the README shows anew, from a run of the simulator.
     Pictures,
-    /// Renews every figure and picture that the documents show: `pareto --write`, `plant --write`, `figures --write`, `pictures`.
+    /// Renews every figure and picture that the documents show: `pareto --write`, `plant --write`, `compare`, `figures --write`, `pictures`.
     ///
     /// All but the exhaustive run's table in docs/exhaustive.md, which takes long: `cargo xtask exhaustive -- --write`.
     Docs,
@@ -114,6 +117,7 @@ fn main() -> std::process::ExitCode {
         Chore::Pareto { json, write, .. } => pareto::pareto(json, write),
         Chore::Plant { check: true, .. } => plant::gate(),
         Chore::Plant { write, .. } => plant::plant(write),
+        Chore::Compare => compare::compare(),
         Chore::Pictures => steps::pictures(),
         Chore::Docs => steps::docs(),
     };

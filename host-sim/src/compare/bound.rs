@@ -12,11 +12,13 @@
 //! 2. *Several alike* (the same reference, from pressures within 2 kPa): all at once in equal shares. An orifice's flow is concave in
 //!    the pressure it flows to, so of all ways to share the air this passes the most; then the sum of the chambers is a chamber
 //!    as in 1. What unequal shares could gain by bending later is of second order; the tests search for it and find nothing.
-//! 3. *Several unlike.* Each alone is a bound. So is their sum: an orifice's flow is concave in the pressure it flows to, so k
-//!    valves pass no more than k times the flow to the chambers' mean pressure, and that mean is no lower than the same air
-//!    in chambers at their largest. With S for the air in the moving chambers, (N, S) is cooperative again; the step is not
-//!    done before S is what the chambers need, each as in 1.
-//! 4. *Falling* is the same with the dump valve for the pump and every inequality turned round; leaks help.
+//! 3. *Several unlike.* Each alone, and each group of chambers that are alike, is a bound. So is their sum, S: by the same concavity
+//!    the air gets in fastest where it is shared in stairs, the lowest first, and no chamber beyond its band. Every chamber
+//!    that is not full counts as an open valve to their mean, in its largest volume; (N, S) is cooperative, and the step is not done
+//!    before S is what the chambers need, each as in 1 and 2.
+//! 4. *Falling* is the same with the dump valve for the pump and every inequality turned round; leaks help. Chambers that fall to
+//!    one reference from different pressures come together within some ten milliseconds through the manifold: their mean falls as
+//!    in 2.
 //! 5. *Some rise and some fall.* Then air may pass from one to the other, and only the valves bound it: each rising
 //!    chamber through its valve from a manifold at the ceiling, each falling one through its valve to the atmosphere.
 //!    Such bounds are loose and listed apart.
@@ -110,25 +112,32 @@ struct Alone {
     content_nl: f64,
 }
 
-fn slowest_and_sum(all: &[Alone]) -> (f64, f64) {
-    all.iter().fold((0.0, 0.0), |(slowest, sum), one| (one.time_ms.max(slowest), sum + one.error_kpa_ms))
-}
-
-/// The chamber that stands for all, when they are alike: their mean.
-fn alike(chambers: &[Chamber]) -> Option<Chamber> {
-    let first = chambers.first()?;
-    let near = |other: &Chamber| {
-        (other.goal_kpa - first.goal_kpa).abs() <= 0.0 && (other.start_kpa - first.start_kpa).abs() <= BAND_KPA
+/// Groups of chambers that are alike: their mean, and how many they are.
+fn alike(chambers: &[Chamber], rise: bool) -> Vec<(Chamber, f64)> {
+    let near = |one: &Chamber, other: &Chamber| {
+        (one.goal_kpa - other.goal_kpa).abs() <= 0.0 && (!rise || (one.start_kpa - other.start_kpa).abs() <= BAND_KPA)
     };
-    let mean = |of: fn(&Chamber) -> f64| chambers.iter().map(of).sum::<f64>() / chambers.len() as f64;
-    chambers.iter().all(near).then(|| Chamber {
-        content_nl: mean(|chamber| chamber.content_nl),
-        bend_rad: mean(|chamber| chamber.bend_rad),
-        delay_ms: chambers.iter().map(|chamber| chamber.delay_ms).fold(f64::INFINITY, f64::min),
-        // If one leaks, all do: that helps no less.
-        leak: chambers.iter().find_map(|chamber| chamber.leak),
-        ..*first
-    })
+    let mut groups: Vec<Vec<Chamber>> = Vec::new();
+    for chamber in chambers {
+        match groups.iter_mut().find(|group| group.iter().all(|other| near(chamber, other))) {
+            Some(group) => group.push(*chamber),
+            None => groups.push(vec![*chamber]),
+        }
+    }
+    let stands_for = |group: &Vec<Chamber>| {
+        let count = group.len() as f64;
+        let mean = |of: fn(&Chamber) -> f64| group.iter().map(of).sum::<f64>() / count;
+        let mean_chamber = Chamber {
+            content_nl: mean(|chamber| chamber.content_nl),
+            bend_rad: mean(|chamber| chamber.bend_rad),
+            delay_ms: group.iter().map(|chamber| chamber.delay_ms).fold(f64::INFINITY, f64::min),
+            // If one leaks, all do: that helps no less.
+            leak: group.iter().find_map(|chamber| chamber.leak),
+            ..group[0]
+        };
+        (mean_chamber, count)
+    };
+    groups.iter().map(stands_for).collect()
 }
 
 /// Static bend at a gauge pressure, by halving.
@@ -226,7 +235,9 @@ impl Physics {
             (false, false) => {
                 let up = rising.iter().map(|chamber| self.through_valve(chamber, true));
                 let down = falling.iter().map(|chamber| self.through_valve(chamber, false));
-                (Kind::Mixed, slowest_and_sum(&up.chain(down).collect::<Vec<_>>()))
+                let slowest_and_sum =
+                    |(slowest, sum): (f64, f64), one: Alone| (one.time_ms.max(slowest), sum + one.error_kpa_ms);
+                (Kind::Mixed, up.chain(down).fold((0.0, 0.0), slowest_and_sum))
             }
             (false, true) => (Kind::Rise, self.together(start, &rising, true)),
             (true, _) => (Kind::Fall, self.together(start, &falling, false)),
@@ -265,39 +276,27 @@ impl Physics {
 
     /// Points 1 to 4 of the module's page.
     fn together(&self, start: &StepStart, chambers: &[Chamber], rise: bool) -> (f64, f64) {
-        if let Some(each) = alike(chambers) {
-            let count = chambers.len() as f64;
-            let one = self.alone(start, each, count, rise);
-            return (one.time_ms, count * one.error_kpa_ms);
+        let groups = alike(chambers, rise);
+        let each: Vec<Alone> =
+            groups.iter().map(|(chamber, count)| self.alone(start, *chamber, *count, rise)).collect();
+        let longest_ms = each.iter().fold(0.0, |longest, one| one.time_ms.max(longest));
+        let error_kpa_ms = each.iter().zip(&groups).map(|(one, (_, count))| count * one.error_kpa_ms).sum();
+        if groups.len() < 2 {
+            return (longest_ms, error_kpa_ms);
         }
-        let alone: Vec<Alone> = chambers.iter().map(|&chamber| self.alone(start, chamber, 1.0, rise)).collect();
-        let (longest_ms, error_kpa_ms) = slowest_and_sum(&alone);
         let sign = if rise { 1.0 } else { -1.0 };
-        let needed_nl: f64 = alone.iter().map(|one| one.content_nl).sum();
-        // Rising, the largest volumes make the lowest mean pressure and the most flow; falling, the smallest the highest.
-        let at_goal = |chamber: &Chamber| {
-            self.volume_l(self.static_bend_rad(chamber.index, chamber.goal_kpa + sign * 2.0 * BAND_KPA))
-        };
-        let now = |chamber: &Chamber| self.volume_l(chamber.bend_rad);
-        let volume_l: f64 = chambers
-            .iter()
-            .map(|chamber| if rise { at_goal(chamber).max(now(chamber)) } else { at_goal(chamber).min(now(chamber)) })
-            .sum();
-        let leaks = |mean_kpa: f64| -> f64 {
-            let through = |chamber: &Chamber| {
-                chamber.leak.map_or(0.0, |leak| leak.flow_nl_per_s(mean_kpa, self.atmosphere_kpa()))
-            };
-            if rise { 0.0 } else { chambers.iter().map(through).sum() }
-        };
+        let needed_nl: f64 = each.iter().zip(&groups).map(|(one, (_, count))| count * one.content_nl).sum();
+        let mut stairs = Stairs::new(self, chambers, sign);
         let delay_ms = chambers.iter().map(|chamber| chamber.delay_ms).fold(f64::INFINITY, f64::min);
-        let mut sum_nl: f64 = chambers.iter().map(|chamber| chamber.content_nl).sum();
         let mut source = Source::new(self, start, rise);
         let mut time_ms = 0.0;
-        while sign * (needed_nl - sum_nl) > 0.0 && time_ms < LONGEST_MS {
-            let mean_kpa = sum_nl * REFERENCE_KPA / volume_l;
-            let valves = if time_ms >= delay_ms { chambers.len() as f64 } else { 0.0 };
-            let into_nl = 1e-3 * STEP_MS * valves * sign * self.one_way(source.manifold_kpa(self), mean_kpa, rise);
-            sum_nl += into_nl - 1e-3 * STEP_MS * leaks(mean_kpa);
+        while sign * (needed_nl - stairs.sum_nl()) > 0.0 && time_ms < LONGEST_MS {
+            let (level_kpa, valves) = stairs.level();
+            let valves = if time_ms >= delay_ms { valves } else { 0.0 };
+            let into_nl = 1e-3 * STEP_MS * valves * sign * self.one_way(source.manifold_kpa(self), level_kpa, rise);
+            let leaks = chambers.iter().filter_map(|chamber| chamber.leak.filter(|_| !rise));
+            let out: f64 = leaks.map(|leak| leak.flow_nl_per_s(level_kpa, self.atmosphere_kpa())).sum();
+            stairs.add(into_nl - 1e-3 * STEP_MS * out);
             source.step(self, into_nl);
             time_ms += STEP_MS;
         }
@@ -356,6 +355,58 @@ impl Physics {
             time_ms += STEP_MS;
         }
         Alone { time_ms, error_kpa_ms, content_nl: chamber.content_nl }
+    }
+}
+
+/// Unlike chambers that share air in the way that lets it in (or out) fastest: the lowest (highest) first, none beyond its band.
+struct Stairs {
+    /// Air, volume and the absolute pressure of the band's far edge of each.
+    steps: Vec<(f64, f64, f64)>,
+    sign: f64,
+}
+
+impl Stairs {
+    /// Rising, the largest volumes make the lowest pressures and the most flow; falling, the smallest the highest.
+    fn new(physics: &Physics, chambers: &[Chamber], sign: f64) -> Self {
+        let step = |chamber: &Chamber| {
+            let edge_kpa = chamber.goal_kpa + sign * 2.0 * BAND_KPA;
+            let at_edge_l = physics.volume_l(physics.static_bend_rad(chamber.index, edge_kpa));
+            let now_l = physics.volume_l(chamber.bend_rad);
+            let volume_l = if sign > 0.0 { at_edge_l.max(now_l) } else { at_edge_l.min(now_l) };
+            (chamber.content_nl, volume_l, edge_kpa + physics.atmosphere_kpa())
+        };
+        Self { steps: chambers.iter().map(step).collect(), sign }
+    }
+
+    fn sum_nl(&self) -> f64 {
+        self.steps.iter().map(|(content_nl, ..)| content_nl).sum()
+    }
+
+    /// What is left of each on its way, as its pressure counted so that getting nearer is up; none where it has none.
+    fn heights(&self) -> impl Iterator<Item = Option<f64>> + '_ {
+        self.steps.iter().map(|(content_nl, volume_l, edge_kpa)| {
+            let height = self.sign * content_nl * REFERENCE_KPA / volume_l;
+            (height < self.sign * edge_kpa).then_some(height)
+        })
+    }
+
+    /// The mean pressure of those on their way, absolute, and how many they are: by concavity no sharing passes more.
+    fn level(&self) -> (f64, f64) {
+        let (sum, count) =
+            self.heights().flatten().fold((0.0, 0.0), |(sum, count), height| (sum + height, count + 1.0));
+        if count > 0.0 { (self.sign * sum / count, count) } else { (REFERENCE_KPA, 0.0) }
+    }
+
+    /// Gives the air to those furthest behind, or takes it from them.
+    fn add(&mut self, nl: f64) {
+        /// Those within this are level, kPa.
+        const LEVEL_KPA: f64 = 0.1;
+        let lowest = self.heights().flatten().fold(f64::INFINITY, f64::min);
+        let level: Vec<bool> = self.heights().map(|height| height.is_some_and(|it| it - lowest <= LEVEL_KPA)).collect();
+        let volume_l: f64 = self.steps.iter().zip(&level).filter(|(_, level)| **level).map(|(step, _)| step.1).sum();
+        for (step, _) in self.steps.iter_mut().zip(&level).filter(|(_, level)| **level) {
+            step.0 += nl * step.1 / volume_l;
+        }
     }
 }
 

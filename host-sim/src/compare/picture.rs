@@ -6,6 +6,7 @@ use super::trial::Trial;
 use super::{Report, trial};
 use crate::drawing::{Area, FAINT, INK, drawing, svg};
 use anyhow::Result;
+use model_core::actuation::Segment;
 use plotters::prelude::*;
 
 /// The chambers' colours, proximal first.
@@ -35,7 +36,12 @@ pub fn traces(scenario: &Scenario) -> Result<String> {
     svg((900, 860), &|area| {
         let (title, panels) = area.split_vertically(30);
         let style = ("sans-serif", 16, &INK).into_text_style(area);
-        title.draw_text(&format!("{}: {}", scenario.name, scenario.description), &style, (70, 10)).map_err(drawing)?;
+        title.draw_text(&format!("{}: {}", scenario.name, scenario.description), &style, (56, 10)).map_err(drawing)?;
+        let names = Segment::ALL.map(Segment::name).into_iter().zip(CHAMBERS).chain([("reference", INK)]);
+        for (place, (name, ink)) in (0..).zip(names) {
+            let style = ("sans-serif", 13, &ink).into_text_style(area);
+            title.draw_text(name, &style, (580 + 78 * place, 12)).map_err(drawing)?;
+        }
         let panels = panels.split_evenly((trials.len(), 1));
         for (place, ((kind, trial), panel)) in trials.iter().zip(&panels).enumerate() {
             trace_panel(*kind, trial, panel, place + 1 == trials.len())?;
@@ -57,7 +63,7 @@ fn trace_panel(kind: Kind, trial: &Trial, panel: &Area<'_>, last: bool) -> Resul
         .map_err(drawing)?;
     let mut mesh = chart.configure_mesh();
     mesh.light_line_style(WHITE.mix(0.0)).bold_line_style(FAINT).axis_style(INK).label_style(("sans-serif", 11, &INK));
-    mesh.y_desc("kPa").y_labels(5);
+    mesh.y_desc("kPa").y_labels(5).y_label_formatter(&|value| format!("{value:.0}"));
     if last {
         mesh.x_desc("s");
     }
@@ -66,7 +72,9 @@ fn trace_panel(kind: Kind, trial: &Trial, panel: &Area<'_>, last: bool) -> Resul
         // A jump stays a jump: both its ends are kept.
         let points = |of: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
             let kept = |at: &usize| {
-                at % 8 == 0 || at + 1 == shown.len() || trial.steps.iter().any(|step| step.at.abs_diff(*at) <= 1)
+                at.is_multiple_of(16)
+                    || at + 1 == shown.len()
+                    || trial.steps.iter().any(|step| step.at.abs_diff(*at) <= 1)
             };
             (0..shown.len()).filter(kept).map(|at| (seconds(at), of(at))).collect()
         };
@@ -93,7 +101,10 @@ pub fn error_against_switchings(report: &Report) -> Result<String> {
     };
     svg((900, 560), &|area| {
         let mut chart = ChartBuilder::on(area)
-            .caption("regulators: error against switchings, a point for each scenario", ("sans-serif", 16, &INK))
+            .caption(
+                "error against switchings, a point for each scenario (large: multi-step)",
+                ("sans-serif", 16, &INK),
+            )
             .margin(8)
             .margin_right(20)
             .x_label_area_size(44)

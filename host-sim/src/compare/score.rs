@@ -177,7 +177,8 @@ pub fn score(trials: &[(u64, Trial)], physics: &Physics, scored_from_ms: usize) 
         scores.pump_duty = f64::from(pumping) / total_ms as f64;
     }
     let scored = steps.iter().filter(|step| step.at_ms >= scored_from_ms);
-    scores.least_error_kpa = scored.map(|step| step.bound_error_kpa_ms).sum::<f64>() / f64::from(tracking.count.max(1));
+    scores.least_error_kpa =
+        scored.fold(0.0, |sum, step| sum + step.bound_error_kpa_ms) / f64::from(tracking.count.max(1));
     scores.mean_absolute_error_kpa = tracking.get().unwrap_or(0.0);
     scores.hold_error_kpa = hold.get();
     scores.estimate_error_kpa = estimate.get().unwrap_or(0.0);

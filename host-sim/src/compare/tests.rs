@@ -109,8 +109,14 @@ fn a_step_that_is_done_already_takes_no_time() {
 fn no_other_control_beats_the_bound() {
     let mut rng = Pcg64::seed_from_u64(11);
     let (rested, physics) = default_plant();
-    for rise in [true, false] {
-        let (from_kpa, to_kpa) = if rise { ([0.0; 3], [60.0; 3]) } else { ([60.0; 3], [30.0; 3]) };
+    for (from_kpa, to_kpa, within_ms) in [
+        ([0.0; 3], [60.0; 3], 3.0),
+        ([60.0; 3], [30.0; 3], 3.0),
+        ([60.0, 30.0, 60.0], [0.0; 3], 10.0),
+        // The bound of unlike chambers that rise is loose.
+        ([0.0, 20.0, 30.0], [60.0; 3], 100.0),
+    ] {
+        let rise = to_kpa[0] > from_kpa[0];
         let mut settled = rested.clone().starting_at(from_kpa[0], from_kpa);
         for _ in 0..1000 {
             settled.step(&Actuation::HOLD);
@@ -143,7 +149,7 @@ fn no_other_control_beats_the_bound() {
         let fastest_ms = f64::from(fastest_ms);
         assert!(fastest_ms >= bound.time_ms - 0.5, "{fastest_ms} beats {}", bound.time_ms);
         // The eager one is the oracle: the bound is no looser than its grid of a millisecond and the plant's own steps.
-        assert!(fastest_ms <= bound.time_ms + 3.0, "{fastest_ms} for {}", bound.time_ms);
+        assert!(fastest_ms <= bound.time_ms + within_ms, "{fastest_ms} for {}", bound.time_ms);
     }
 }
 

@@ -204,7 +204,8 @@ impl Front {
         let pumped = model.pump_flow(manifold).to_num::<f64>() * f64::from(self.observer.pump_ticks_pending());
         let dumped =
             model.valve_flow(manifold, Pressure::ZERO).to_num::<f64>() * f64::from(self.observer.dump_ticks_pending());
-        manifold.to_f64() + (pumped - dumped) / self.observer.volume(open).to_num::<f64>()
+        let opened = open.iter().filter(|&&open| open).count() as f64;
+        manifold.to_f64() + (pumped - dumped) / (1.0 + opened * model.chamber_ratio.to_num::<f64>())
     }
 
     /// Supplies the manifold beyond the chambers and opens those that want it.
@@ -232,9 +233,9 @@ impl Front {
         self.supplying = missing_kpa > if self.supplying { 0.0 } else { self.gains.supply_hysteresis_kpa };
         // A dump valve at the atmosphere can stay open; closing it gains nothing.
         let to_atmosphere = self.direction < 0 && aim_kpa >= 0.0;
-        for i in 0..3 {
-            self.moved[i] |= open[i];
-            self.unseen_ticks[i] = self.unseen_ticks[i].saturating_add(1);
+        for ((moved, ticks), open) in self.moved.iter_mut().zip(&mut self.unseen_ticks).zip(open) {
+            *moved |= open;
+            *ticks = ticks.saturating_add(1);
         }
         self.served = open;
         Actuation {
