@@ -85,6 +85,7 @@ fn after() -> impl Strategy<Value = After> {
         1 => Just(Some(Command::Pause)),
         1 => Just(Some(Command::Vent)),
         1 => Just(Some(Command::ZeroSensors)),
+        1 => Just(Some(Command::AdoptIdentified)),
         1 => Just(Some(Command::Calibrate(Segment::Middle, calibration::DEFAULT))),
     ];
     (reading(), reading(), any::<[bool; 4]>(), command).prop_map(|(manifold, bend, lines, command)| After {

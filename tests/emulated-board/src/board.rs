@@ -413,6 +413,32 @@ impl Board {
         self.uc.reg_write(RegisterARM::PC, u64::from(TRAP | 1)).map_err(engine)
     }
 
+    /// The tasks stand still for so long, and go on as if nothing had been; interrupts are served.
+    ///
+    /// # Errors
+    /// As [`Self::run_until`].
+    pub fn stall(&mut self, ticks: u64) -> Result<Option<Halt>> {
+        // Out of the interrupt that may be served now, and out of those that come at the end.
+        while !self.floats.is_empty() {
+            if let Some(halt) = self.run_until(self.time() + 1)? {
+                return Ok(Some(halt));
+            }
+        }
+        let pc = self.uc.reg_read(RegisterARM::PC).map_err(engine)?;
+        self.hang()?;
+        let until = self.time() + ticks;
+        loop {
+            if let Some(halt) = self.run_until(until.max(self.time() + 1))? {
+                return Ok(Some(halt));
+            }
+            if self.floats.is_empty() {
+                break;
+            }
+        }
+        self.uc.reg_write(RegisterARM::PC, pc | 1).map_err(engine)?;
+        Ok(None)
+    }
+
     /// The converter's trigger is gone: no conversion any more.
     pub fn stop_conversions(&mut self) {
         machine::settle(&mut self.uc);

@@ -102,7 +102,7 @@ pub fn play(bytes: &[u8]) -> Reached {
 
 impl Session {
     fn act(&mut self, script: &mut Script) {
-        let command = match script.byte() % 18 {
+        let command = match script.byte() % 20 {
             0 => {
                 let index = usize::from(script.byte());
                 let name = library::ALL.get(index).map_or("no such", |sequence| sequence.name);
@@ -143,6 +143,8 @@ impl Session {
             }
             // Within ±256 degrees.
             16 => LinkCommand::Bends(script.numbers(1 << 9)),
+            17 => LinkCommand::Identification,
+            18 => LinkCommand::AdoptIdentified,
             // Everything as it really is.
             _ => {
                 (self.manifold, self.bend, self.lines) = (None, None, 0);
