@@ -136,7 +136,9 @@ fn every_fault_is_found_named_and_vented() {
         let mut told = vec![];
         for round in 0..rounds().max(2) {
             let only = std::env::var("ONLY").unwrap_or_default();
-            if !format!("{kind:?}").contains(&only) { continue; }
+            if !format!("{kind:?}").contains(&only) {
+                continue;
+            }
             for sequence in ["reconfigure", "all", "wave", "grasp"] {
                 let sequence = library::find(sequence).expect("built in");
                 let from = STANDBY + 1500 + (round as u32 * 777) % 4000;

@@ -134,7 +134,16 @@ impl Residual {
         #[cfg(feature = "host")]
         if std::env::var("BENDR").is_ok() {
             let r = ((self.seen - self.expected).abs().to_f64() / bound.to_f64() * 10.0) as i32;
-            if r > 6 { eprintln!("ratio {r} bound {:.0} at {:.0} of {} motion {:.0} off {}", bound.to_f64(), self.seen.to_f64(), self.expected.to_f64() as i32, motion.to_f64(), self.off); }
+            if r > 6 {
+                eprintln!(
+                    "ratio {r} bound {:.0} at {:.0} of {} motion {:.0} off {}",
+                    bound.to_f64(),
+                    self.seen.to_f64(),
+                    self.expected.to_f64() as i32,
+                    motion.to_f64(),
+                    self.off
+                );
+            }
         }
         super::held::lasts(&mut self.off, (self.seen - self.expected).abs() > bound, ROUNDS)
     }

@@ -284,7 +284,9 @@ impl Pneumatics {
             if settled && !dumped {
                 *lost = (*lost - FORGIVEN).max(Pressure::ZERO) + gone.min(AT_ONCE);
                 #[cfg(feature = "host")]
-                if *lost > Pressure::from_kpa(2) && std::env::var("LOST").is_ok() { eprintln!("lost {:.1} by {:.1}", lost.to_f64(), gone.to_f64()); }
+                if *lost > Pressure::from_kpa(2) && std::env::var("LOST").is_ok() {
+                    eprintln!("lost {:.1} by {:.1}", lost.to_f64(), gone.to_f64());
+                }
             }
             let burst = settled && !dumped && gone > GONE;
             if burst || *lost > BURST {
