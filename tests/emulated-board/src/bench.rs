@@ -226,6 +226,7 @@ impl Bench {
             let of_it = |report: &Report| match report {
                 Report::Ack { id: other } | Report::Nack { id: other, .. } => *other == id,
                 Report::Identity(identity) => identity.id == id,
+                Report::Identification { id: other, .. } => *other == id,
                 Report::Telemetry(_) => false,
             };
             if let Some(index) = self.answers.iter().position(of_it) {
