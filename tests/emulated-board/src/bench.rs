@@ -228,7 +228,6 @@ impl Bench {
                 | Report::Nack { id: other, .. }
                 | Report::Identification { id: other, .. } => *other == id,
                 Report::Identity(identity) => identity.id == id,
-                Report::Identification { id: other, .. } => *other == id,
                 Report::Telemetry(_) => false,
             };
             if let Some(index) = self.answers.iter().position(of_it) {
