@@ -36,7 +36,9 @@ impl Settings {
         [LAYOUT, number].into_iter().chain(values.map(i32::cast_unsigned))
     }
 
-    fn to_record(self, number: u32) -> [u8; RECORD] {
+    /// As it is stored, with its number; for tools that write a board's flash.
+    #[must_use]
+    pub fn to_record(self, number: u32) -> [u8; RECORD] {
         let mut record = [0; RECORD];
         for (place, word) in record.chunks_exact_mut(4).zip(self.to_words(number)) {
             place.copy_from_slice(&word.to_le_bytes());

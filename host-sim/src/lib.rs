@@ -11,7 +11,7 @@ pub mod methods;
 pub mod metrics;
 pub mod pareto;
 pub mod plant;
-mod progress;
+pub mod progress;
 pub mod report;
 pub mod simulate;
 pub mod trace;

@@ -3,6 +3,7 @@
 
 use finger_drivers::coils::Coils;
 use finger_drivers::relay::{Coil, Relay, Valve};
+use finger_fuzz::session::diagnoses;
 use host_sim::plant::{Plant, PlantParameters, Scene};
 use model_core::actuation::{Actuation, Segment};
 use model_core::calibration;
@@ -85,6 +86,7 @@ fn after() -> impl Strategy<Value = After> {
         1 => Just(Some(Command::Pause)),
         1 => Just(Some(Command::Vent)),
         1 => Just(Some(Command::ZeroSensors)),
+        1 => Just(Some(Command::AdoptIdentified)),
         1 => Just(Some(Command::Calibrate(Segment::Middle, calibration::DEFAULT))),
     ];
     (reading(), reading(), any::<[bool; 4]>(), command).prop_map(|(manifold, bend, lines, command)| After {
@@ -145,20 +147,28 @@ fn stays_safe(controller: &Controller, last: &Outputs, faults: &[Fault], then: &
     for &fault in faults {
         controller.report(fault);
     }
-    let first = faults.iter().find(|fault| fault.action() == Action::Vent);
+    // A history may have ended in a fault of its own.
+    let first = match last.mode {
+        Mode::Faulted(fault) => Some(fault),
+        _ => faults.iter().copied().find(|fault| fault.action() == Action::Vent),
+    };
     let mut latched = faults.iter().fold(FaultSet::EMPTY, |set, &fault| set.union(FaultSet::of(fault)));
     for (tick, after) in then.iter().enumerate() {
-        let outputs = controller.step(&after.inputs(tick as u32));
+        let inputs = after.inputs(tick as u32);
+        let outputs = controller.step(&inputs);
+        let safe = outputs.actuation == Actuation::SAFE;
+        // A diagnosis begins after 400 ticks at atmosphere, at the earliest.
+        let vented = safe || tick > 400 && diagnoses(&inputs, &outputs);
         prop_assert!(latched.without(outputs.faults).is_empty(), "{faults:?} lost: {outputs:?}");
         latched = outputs.faults;
-        if let Some(&first) = first {
-            prop_assert_eq!(outputs.actuation, Actuation::SAFE, "{:?}, tick {}: {:?}", faults, tick, outputs);
+        if let Some(first) = first {
+            prop_assert!(vented, "{faults:?}, tick {tick}: {outputs:?}");
             prop_assert_eq!(outputs.mode, Mode::Faulted(first));
             prop_assert_eq!(outputs.setpoints, [Pressure::ZERO; 3]);
         } else if outputs.faults.intersects(FaultSet::VENTING) {
-            prop_assert_eq!(outputs.actuation, Actuation::SAFE, "{:?}, tick {}: {:?}", faults, tick, outputs);
+            prop_assert!(vented, "{faults:?}, tick {tick}: {outputs:?}");
         }
-        if outputs.actuation == Actuation::SAFE {
+        if safe {
             prop_assert!(!any_pin_energised(&last.actuation, &outputs.actuation));
         }
         if let Some(command) = after.command {

@@ -262,7 +262,7 @@ fn fault(rng: &mut Pcg64, kind: Kind, window_ms: u32) -> Drawn {
         Kind::LeakBurst => What::Plant(leak(factor(rng, 1e-2, 1e-1))),
         Kind::FingerBlocked => What::Plant(FaultKind::FingerBlocked(segment)),
         Kind::FingerPushed => {
-            let degrees = rng.random_range(20.0..60.0) * if rng.random_bool(0.5) { 1.0 } else { -1.0 };
+            let degrees = rng.random_range(25.0..75.0) * if rng.random_bool(0.5) { 1.0 } else { -1.0 };
             What::Plant(FaultKind::FingerPushed { segment, degrees })
         }
         Kind::LinkLost => What::SilentHost,

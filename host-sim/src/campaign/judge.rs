@@ -1,7 +1,7 @@
 //! Judges a run by the plant's truth and by what the controller latched; what it believed counts for nothing.
 
 use super::draw::{Case, Drawn};
-use super::kind::fault_name;
+use super::kind::{Kind, fault_name};
 use super::shows::{Commanded, Showing, hazards};
 use super::vent::{HORIZON_MS, Reference, VENTED_KPA};
 use crate::plant::Plant;
@@ -161,8 +161,8 @@ impl<'a> Judge<'a> {
     }
 
     fn violate(&mut self, now_ms: u32, property: Property, how: String) {
-        self.outcome.timeline.push((now_ms, format!("VIOLATED {property:?}: {how}")));
         if self.outcome.violations.iter().all(|(other, _)| *other != property) {
+            self.outcome.timeline.push((now_ms, format!("VIOLATED {property:?}: {how}")));
             self.outcome.violations.push((property, how));
         }
     }
@@ -193,22 +193,22 @@ impl<'a> Judge<'a> {
 
     /// Whether faults show.
     fn show(&mut self, now_ms: u32, outputs: Option<&Outputs>, actuation: Actuation, plant: &Plant) {
-        let waiting = |(showing, detected): (&Showing, &Option<u32>)| {
-            showing.is_present(now_ms) && showing.since_ms.is_none() && detected.is_none()
-        };
+        let waiting = |(showing, detected): (&Showing, &Option<u32>)| showing.is_present(now_ms) && detected.is_none();
         if self.venting.is_some() || !self.showings.iter().zip(&self.detected).any(waiting) {
             return;
         }
         let truth = plant.truth();
-        for (showing, drawn) in self.showings.iter_mut().zip(&self.case.faults) {
-            if !showing.is_present(now_ms) || showing.since_ms.is_some() {
+        let faults = self.case.faults.iter().zip(&self.detected);
+        for (showing, (drawn, detected)) in self.showings.iter_mut().zip(faults) {
+            if !showing.is_present(now_ms) || detected.is_some() {
                 continue;
             }
+            let before_ms = showing.since_ms;
             if now_ms == drawn.from_ms {
                 self.outcome.timeline.push((now_ms, format!("comes {}", describe(drawn))));
             }
             showing.tick(now_ms, self.case, &truth, outputs, actuation, &self.commanded);
-            if let Some(since_ms) = showing.since_ms {
+            if let (Some(since_ms), None) = (showing.since_ms, before_ms) {
                 self.outcome.timeline.push((since_ms, format!("shows {}", drawn.kind.name())));
             }
         }
@@ -297,8 +297,13 @@ impl<'a> Judge<'a> {
             if self.over_ms[chamber] != LIMIT_MS + 1 {
                 continue;
             }
-            if self.venting.is_some_and(|venting| venting.reference.over_pressure) {
-                let why = hazards(self.case, now_ms, chamber).join(" and ");
+            let compressed = self.is_compressed(now_ms, chamber);
+            if compressed || self.venting.is_some_and(|venting| venting.reference.over_pressure) {
+                let why = if compressed {
+                    "a push compresses the closed chamber".to_owned()
+                } else {
+                    hazards(self.case, now_ms, chamber).join(" and ")
+                };
                 self.outcome.timeline.push((now_ms, format!("unavoidably above {LIMIT_KPA} kPa: {why}")));
                 self.outcome.unavoidable.get_or_insert(why);
             } else {
@@ -366,31 +371,41 @@ impl<'a> Judge<'a> {
         }
     }
 
+    /// Whether another fault has taken the only sensor that could tell: without the bend nobody sees an obstruction. That fault
+    /// must be found itself.
+    fn is_blinded(&self, drawn: &Drawn) -> bool {
+        let blinds = |kind| matches!(kind, Kind::BendSensorOpen | Kind::BendSensorShort | Kind::BendSensorFrozen);
+        matches!(drawn.kind, Kind::FingerBlocked | Kind::FingerPushed)
+            && self.case.faults.iter().any(|fault| blinds(fault.kind))
+    }
+
+    /// Whether a push from outside has just compressed this closed chamber: until the push must have been found.
+    fn is_compressed(&self, now_ms: u32, chamber: usize) -> bool {
+        self.case.faults.iter().any(|fault| {
+            fault.kind == Kind::FingerPushed
+                && fault.segment as usize == chamber
+                && (fault.from_ms..=fault.from_ms + fault.kind.bound_ms(false)).contains(&now_ms)
+        })
+    }
+
     /// The run's end.
     #[must_use]
     pub fn outcome(mut self, now_ms: u32) -> Outcome {
         self.outcome.simulated_ms = now_ms;
-        // What another fault's venting has ended can show no more.
-        let seen_ms = self.venting.map_or(now_ms, |venting| venting.since_ms);
         for (index, &drawn) in self.case.faults.iter().enumerate() {
-            let bound_ms = drawn.kind.bound_ms();
-            let ending = match (self.detected[index], self.showings[index]) {
-                (Some(detected_ms), showing) => {
-                    let latency_ms = detected_ms.saturating_sub(showing.since_at(detected_ms).unwrap_or(detected_ms));
-                    if latency_ms > bound_ms { Ending::Missed } else { Ending::Detected { latency_ms } }
-                }
-                (None, Showing { since_ms: None, .. }) => Ending::NotShown,
-                (None, Showing { since_ms: Some(since_ms), .. }) if seen_ms > since_ms + bound_ms => Ending::Missed,
-                (None, _) => Ending::Undecided,
+            let showing = &self.showings[index];
+            let (shown_ms, bound_ms) = (showing.shown_ms(), drawn.kind.bound_ms(showing.in_self_test));
+            let in_time = shown_ms <= bound_ms;
+            let ending = match (self.detected[index], showing.since_ms) {
+                (Some(_), _) if in_time => Ending::Detected { latency_ms: shown_ms },
+                (None, None) => Ending::NotShown,
+                (None, Some(_)) if in_time || self.is_blinded(&drawn) => Ending::Undecided,
+                _ => Ending::Missed,
             };
             if ending == Ending::Missed {
-                let since = self.showings[index].since_ms.unwrap_or(0);
-                let how = match self.detected[index] {
-                    Some(at) => {
-                        format!("{} after {} ms, bound {bound_ms} ms", drawn.kind.name(), at.saturating_sub(since))
-                    }
-                    None => format!("{} shows from {since} ms on, bound {bound_ms} ms", drawn.kind.name()),
-                };
+                let when = if self.detected[index].is_some() { "detected" } else { "not detected" };
+                let name = drawn.kind.name();
+                let how = format!("{name} {when} after {shown_ms} ms in which it showed, bound {bound_ms} ms");
                 self.violate(now_ms, Property::Detection, how);
             }
             self.outcome.fates.push(Fate { drawn, ending, named: self.named[index] });

@@ -49,7 +49,7 @@ pub fn text(case: &Case, outcome: &Outcome) -> String {
         let ending = match fate.ending {
             Ending::NotShown => "never showed".to_owned(),
             Ending::Undecided => "showed, and the run ended before its bound".to_owned(),
-            Ending::Missed => format!("MISSED its bound of {} ms", fate.drawn.kind.bound_ms()),
+            Ending::Missed => format!("MISSED its bound of {} ms", fate.drawn.kind.bound_ms(false)),
             Ending::Detected { latency_ms } => format!("detected {latency_ms} ms after it showed"),
         };
         let named = if fate.named { ", named" } else { "" };

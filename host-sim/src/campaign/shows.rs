@@ -1,8 +1,9 @@
 //! When a fault shows in a true quantity: from then on the time to its detection counts.
 //!
 //! A valve that is stuck where it should be anyway, or a leak in an empty chamber, is no danger and can be seen by nobody. What
-//! counts for each kind is said at its arm of [`Showing::condition`], and all of it must hold for [`STEADY_MS`] on end but for what
-//! is electrical, which shows at once.
+//! counts for each kind is said at its arm of `Showing::condition`, and all of it must hold for [`STEADY_MS`] on end but for what
+//! is electrical, which shows at once. From then on the time to its detection runs while it holds, and for
+//! [`HOLD_OVER_MS`] after: in between it is no danger, and nobody can see it.
 
 use super::draw::{Case, Drawn, What};
 use super::kind::Kind;
@@ -12,12 +13,15 @@ use model_core::controller::{Mode, Outputs};
 
 /// A condition must hold this long, ms.
 pub const STEADY_MS: u32 = 50;
+/// The time to detection runs while the condition holds, and for this long after, ms.
+pub const HOLD_OVER_MS: u32 = 500;
 /// A pressure that is this far off shows, kPa.
 pub const OFF_KPA: f64 = 10.0;
-/// A segment that is held this far off its free bend shows, degrees.
-pub const OFF_DEG: f64 = 15.0;
-/// The whole finger's reading that is this far off shows, degrees.
-pub const SENSOR_OFF_DEG: f64 = 20.0;
+/// A segment that is held this far off its free bend shows, degrees, and a reading that is this far off the finger's bend: what
+/// gain, calibration and 1.5 kPa in each chamber can make of the whole finger's 330 degrees.
+pub const OFF_DEG: f64 = 40.0;
+/// A leak that takes less than this from its chamber now does not show, kPa/s.
+pub const LEAK_KPA_PER_S: f64 = 1.0;
 
 /// For how long each actuator has had its command, ms.
 #[derive(Clone, Copy, Debug, Default)]
@@ -54,6 +58,12 @@ pub struct Showing {
     streak_ms: u32,
     /// Since when, ms.
     pub since_ms: Option<u32>,
+    /// For how long in all, ms.
+    pub exposed_ms: u32,
+    /// Ticks since it last did, ms.
+    gap_ms: u32,
+    /// Whether the self test ran when it began to.
+    pub in_self_test: bool,
 }
 
 /// What a condition looks at.
@@ -91,7 +101,17 @@ impl Showing {
     /// Not yet.
     #[must_use]
     pub fn new(drawn: Drawn) -> Self {
-        Self { drawn, at_start: None, rest_kpa: None, lost_kpa: 0.0, streak_ms: 0, since_ms: None }
+        Self {
+            drawn,
+            at_start: None,
+            rest_kpa: None,
+            lost_kpa: 0.0,
+            streak_ms: 0,
+            since_ms: None,
+            exposed_ms: 0,
+            gap_ms: 0,
+            in_self_test: false,
+        }
     }
 
     /// Whether this is there at all.
@@ -110,25 +130,29 @@ impl Showing {
         actuation: Actuation,
         commanded: &Commanded,
     ) {
+        let look = Look { case, truth, outputs, actuation, commanded };
+        let holds = self.condition(now_ms, &look);
         if self.since_ms.is_some() {
+            self.gap_ms = if holds { 0 } else { self.gap_ms.saturating_add(1) };
+            self.exposed_ms += u32::from(self.gap_ms <= HOLD_OVER_MS);
             return;
         }
-        let look = Look { case, truth, outputs, actuation, commanded };
-        if !self.condition(now_ms, &look) {
+        if !holds {
             self.streak_ms = 0;
             return;
         }
         self.streak_ms += 1;
         let needed = if self.at_once() { 1 } else { STEADY_MS };
         if self.streak_ms >= needed {
-            self.since_ms = Some(now_ms + 1 - needed);
+            (self.since_ms, self.exposed_ms) = (Some(now_ms + 1 - needed), needed - 1);
+            self.in_self_test = outputs.is_some_and(|outputs| outputs.mode == Mode::SelfTest);
         }
     }
 
-    /// Since when it shows, ms; one that has begun to counts when it has been detected at `now_ms`.
+    /// For how long it has shown, ms; one that has begun to counts.
     #[must_use]
-    pub fn since_at(&self, now_ms: u32) -> Option<u32> {
-        self.since_ms.or((self.streak_ms > 0).then(|| now_ms + 1 - self.streak_ms.min(now_ms + 1)))
+    pub fn shown_ms(&self) -> u32 {
+        if self.since_ms.is_some() { self.exposed_ms } else { self.streak_ms.saturating_sub(1) }
     }
 
     fn at_once(&self) -> bool {
@@ -176,7 +200,7 @@ impl Showing {
             Kind::PressureSensorFrozen => (truth.manifold_kpa - start_kpa).abs() > OFF_KPA,
             // The manifold is above the switch's threshold, and it does not close.
             Kind::SwitchStuckOpen => truth.manifold_kpa > case.plant.pressure_sensor.switch_kpa + 5.0,
-            Kind::BendSensorFrozen => (bend_deg - start_deg).abs() > SENSOR_OFF_DEG,
+            Kind::BendSensorFrozen => (bend_deg - start_deg).abs() > OFF_DEG,
             // Commanded off, run down, and the manifold has risen since; or it is above atmosphere with the dump commanded open.
             Kind::PumpStuckOn => {
                 if actuation.pump || commanded.pump_ms < pump_settling_ms {
@@ -217,13 +241,18 @@ impl Showing {
                     && commanded.dump_ms > case.plant.dump_valve.dead_time_ms
                     && truth.manifold_kpa > OFF_KPA
             }
-            // The air that has left through it would have been so much pressure in the chamber at rest.
+            // The air that has left through it would have been so much pressure in the chamber at rest, and more leaves now.
             Kind::LeakSlow | Kind::LeakBurst => {
                 let kpa_per_nl = 100.0 / (case.plant.finger.chamber_ml / 1000.0);
-                self.lost_kpa += truth.leak_flows_nl_per_s[segment] * 1e-3 * kpa_per_nl;
-                self.lost_kpa > OFF_KPA
+                let kpa_per_s = truth.leak_flows_nl_per_s[segment] * kpa_per_nl;
+                self.lost_kpa += kpa_per_s * 1e-3;
+                self.lost_kpa > OFF_KPA && kpa_per_s > LEAK_KPA_PER_S
             }
-            Kind::FingerBlocked | Kind::FingerPushed => truth.forced_deg[segment].abs() > OFF_DEG,
+            // The self test's 12 kPa bend a finger, too; nobody looks at it then.
+            Kind::FingerBlocked | Kind::FingerPushed => {
+                truth.forced_deg[segment].abs() > OFF_DEG
+                    && look.outputs.is_some_and(|outputs| outputs.mode != Mode::SelfTest)
+            }
         }
     }
 }

@@ -44,7 +44,7 @@ fn detection_row(kind: Kind, cell: &Cell) -> Vec<String> {
         optional(cell.latency_at(0.5)),
         optional(cell.latency_at(0.95)),
         optional(cell.latency_at(1.0)),
-        grouped(u64::from(kind.bound_ms())),
+        grouped(u64::from(kind.bound_ms(false))),
     ]
 }
 

@@ -19,6 +19,7 @@ pub const SWITCH: Pin = Pin('C', 2);
 pub const STOP: Pin = Pin('C', 3);
 /// The start button: low is pressed.
 pub const START: Pin = Pin('C', 13);
+const FAULT_LIGHT: Pin = Pin('C', 8);
 const PRESSURE_CHANNEL: u8 = 10;
 const BEND_CHANNEL: u8 = 11;
 
@@ -102,6 +103,14 @@ impl Bench {
         Self::assemble(Board::with_settings(elf, Some(settings))?, plant)
     }
 
+    /// Any finger, on a board whose settings' flash holds what another one left.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_plant(elf: &[u8], plant: Plant, settings: Vec<u8>) -> Result<Self> {
+        Self::assemble(Board::with_settings(elf, Some(settings))?, plant)
+    }
+
     /// The default finger.
     ///
     /// # Errors
@@ -149,6 +158,18 @@ impl Bench {
         self.plant.step(&actuation);
         self.milliseconds += 1;
         Ok(halt)
+    }
+
+    /// One millisecond of the finger without power on the board, which has been reset.
+    pub fn step_unpowered(&mut self) {
+        self.plant.step(&self.actuation());
+        self.milliseconds += 1;
+    }
+
+    /// Whether the fault light is on: in the tick in which a fault that vents is latched.
+    #[must_use]
+    pub fn fault_light(&self) -> bool {
+        self.board.driven(FAULT_LIGHT) == Some(true)
     }
 
     /// Milliseconds of the plant's time.

@@ -413,6 +413,35 @@ impl Board {
         self.uc.reg_write(RegisterARM::PC, u64::from(TRAP | 1)).map_err(engine)
     }
 
+    /// The tasks stand still from here on, while interrupts are served. Returns where they go on, for [`Self::release`].
+    ///
+    /// # Errors
+    /// As [`Self::run_until`]; a reset and a power cut too.
+    pub fn suspend(&mut self) -> Result<u64> {
+        self.leave_interrupts()?;
+        let pc = self.uc.reg_read(RegisterARM::PC).map_err(engine)?;
+        self.hang()?;
+        Ok(pc)
+    }
+
+    /// The tasks go on after [`Self::suspend`].
+    ///
+    /// # Errors
+    /// As [`Self::suspend`].
+    pub fn release(&mut self, pc: u64) -> Result<()> {
+        self.leave_interrupts()?;
+        self.uc.reg_write(RegisterARM::PC, pc | 1).map_err(engine)
+    }
+
+    fn leave_interrupts(&mut self) -> Result<()> {
+        while !self.floats.is_empty() {
+            if let Some(halt) = self.run_until(self.time() + 1)? {
+                bail!("the board stopped: {halt:?}");
+            }
+        }
+        Ok(())
+    }
+
     /// The converter's trigger is gone: no conversion any more.
     pub fn stop_conversions(&mut self) {
         machine::settle(&mut self.uc);

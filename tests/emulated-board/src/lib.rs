@@ -9,6 +9,7 @@
 
 pub mod bench;
 pub mod board;
+pub mod campaign;
 pub mod counted;
 pub mod footprint;
 #[allow(missing_docs)]

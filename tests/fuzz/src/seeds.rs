@@ -26,6 +26,8 @@ pub fn commands() -> Vec<(&'static str, LinkCommand)> {
         ("clear-fault", LinkCommand::ClearFault),
         ("beat", LinkCommand::Beat),
         ("bends", LinkCommand::Bends([45 << 16, 30 << 16, 15 << 16])),
+        ("identification", LinkCommand::Identification),
+        ("adopt-identified", LinkCommand::AdoptIdentified),
         ("bends-widest", LinkCommand::Bends([i32::MIN; 3])),
         ("identification", LinkCommand::Identification),
         ("adopt-identified", LinkCommand::AdoptIdentified),
@@ -122,23 +124,23 @@ pub fn sessions() -> Vec<Seed> {
             wait(9),
         ],
     );
-    add("switch", 0, &[setpoints([90, 90, 90]), long(50), vec![15, 2], wait(9), vec![17], wait(9), vec![8], wait(9)]);
-    add("late-ticks", 0, &[run(3), long(20), vec![15, 4], wait(50), vec![17], long(60), vec![8], wait(9)]);
+    add("switch", 0, &[setpoints([90, 90, 90]), long(50), vec![15, 2], wait(9), vec![19], wait(9), vec![8], wait(9)]);
+    add("late-ticks", 0, &[run(3), long(20), vec![15, 4], wait(50), vec![19], long(60), vec![8], wait(9)]);
     add(
         "silent-host",
         0,
-        &[setpoints([50, 60, 70]), vec![15, 8], WAIT_5_S.to_vec(), vec![17], vec![9], vec![8], wait(9)],
+        &[setpoints([50, 60, 70]), vec![15, 8], WAIT_5_S.to_vec(), vec![19], vec![9], vec![8], wait(9)],
     );
     for (name, kind) in [("below-range", 1), ("above-range", 2)] {
         add(
             name,
             0,
-            &[setpoints([80, 0, 80]), long(50), vec![13, kind], wait(20), vec![17], long(60), vec![8], wait(9)],
+            &[setpoints([80, 0, 80]), long(50), vec![13, kind], wait(20), vec![19], long(60), vec![8], wait(9)],
         );
         add(
             &format!("bend-{name}"),
             0,
-            &[setpoints([80, 0, 80]), long(50), vec![14, kind], long(20), vec![17], long(9), vec![8], wait(9)],
+            &[setpoints([80, 0, 80]), long(50), vec![14, kind], long(20), vec![19], long(9), vec![8], wait(9)],
         );
     }
     for (name, kpa) in [("stuck-at-zero", 0_i16), ("stuck-at-50", 50), ("stuck-over-limit", 180), ("vacuum", -90)] {
@@ -151,13 +153,13 @@ pub fn sessions() -> Vec<Seed> {
                 long(50),
                 vec![13, 3, low, high],
                 long(150),
-                vec![17],
+                vec![19],
                 long(150),
                 vec![8],
                 wait(9),
             ],
         );
-        add(&format!("self-test-{name}"), 1, &[vec![13, 3, low, high], long(250), vec![17], vec![8], long(250)]);
+        add(&format!("self-test-{name}"), 1, &[vec![13, 3, low, high], long(250), vec![19], vec![8], long(250)]);
     }
     let calibrate =
         |k: i16, c1: i16, c2: i16| [vec![6, 1], [k, c1, c2].map(|kpa| (kpa * 512).to_le_bytes()).concat()].concat();
@@ -173,4 +175,8 @@ pub fn sessions() -> Vec<Seed> {
         &[vec![10, 15, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 0], vec![3], wait(9), vec![10, 4, 255, 0, 1, 0]],
     );
     seeds
+}
+
+fn library_index(name: &str) -> u8 {
+    model_core::sequence::library::ALL.iter().position(|sequence| sequence.name == name).unwrap_or(0) as u8
 }
