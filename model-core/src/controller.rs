@@ -434,9 +434,9 @@ impl Controller {
             },
             Source::Manual(Target::Pressure(_)) | Source::Vented => None,
         };
-        let seen = bend_loop::Observation { bends, estimates, bend, air_rests };
-        let idle = self.bend_loop.step(&seen, &self.coefficients);
         let setpoints = outputs.setpoints;
+        let seen = bend_loop::Observation { bends, setpoints, estimates, bend, air_rests };
+        let idle = self.bend_loop.step(&seen, &self.coefficients);
         self.identification.observe(&identification::Observation { setpoints, estimates, bend, air_rests });
         if idle {
             self.identification.work(&self.coefficients);
