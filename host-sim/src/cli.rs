@@ -3,6 +3,7 @@
 //! It ends with 0 when all went well, 1 when something failed on the way or a fault ended the run, 2 when the input was
 //! wrong, a folder that cannot be written to among it.
 
+use crate::campaign::command::{self as campaign, CampaignArguments};
 use crate::compare;
 use crate::eval::{self, EvalError, Function};
 use crate::identify;
@@ -73,6 +74,8 @@ enum Command {
     /// Calibrates the controller to a simulated finger that it does not know: bends before and after the sequence
     /// `calibrate`, and what it identified.
     Identify(IdentifyArguments),
+    /// Runs random plants, programs and faults by the thousand, and judges what the supervisor makes of them.
+    Campaign(CampaignArguments),
 }
 
 #[derive(Debug, Args)]
@@ -162,7 +165,7 @@ pub type OnElf = fn(&Run, &mut dyn FnMut(u32, u32)) -> Result<Trace>;
 
 /// How a command failed.
 #[derive(Debug)]
-enum Failure {
+pub(crate) enum Failure {
     /// The input was wrong.
     Input(String),
     /// Something failed on the way.
@@ -252,6 +255,7 @@ fn execute(arguments: Arguments, on_elf: Option<OnElf>) -> u8 {
         }
         Some(Command::Pareto { plant: true, json, out }) => pareto_plant(json, &out),
         Some(Command::Pareto { plant: false, json, out }) => pareto_inverse(json, &out),
+        Some(Command::Campaign(arguments)) => campaign::execute(&arguments),
         Some(Command::Compare(arguments)) => compare_regulators(&arguments),
         Some(Command::Identify(arguments)) => identify_finger(&arguments),
     };
@@ -269,7 +273,7 @@ fn execute(arguments: Arguments, on_elf: Option<OnElf>) -> u8 {
 }
 
 /// Writes to stdout; a reader that has gone away (`| head`) is no error.
-fn print(text: &str) -> Result<()> {
+pub(crate) fn print(text: &str) -> Result<()> {
     match std::io::stdout().write_all(text.as_bytes()) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(anyhow!("cannot write to stdout: {error}")),
         _ => Ok(()),

@@ -9,8 +9,8 @@ use crate::regulator::Regulator;
 use crate::self_test::{SelfTest, Verdict};
 use crate::sequence::player::{Player, Reference};
 use crate::sequence::{Sequence, Target};
-use crate::supervisor::Supervisor;
-use crate::supervisor::fault::FaultSet;
+use crate::supervisor::fault::{Clearing, FaultSet};
+use crate::supervisor::{Activity, Context, Supervisor};
 use crate::units::{Bend, Coefficients, Millis, Pressure};
 
 /// The highest setpoint: the end of the paper's working range.
@@ -206,6 +206,20 @@ pub struct Controller {
     self_test: Option<SelfTest>,
     bend_loop: BendLoop,
     identification: Identification,
+    /// Looks for the part that failed while a fault is latched: not yet, now, or done.
+    diagnosis: Diagnosis,
+    /// What the last tick was about and drove.
+    activity: Activity,
+    commanded: Actuation,
+    setpoints: PerSegment<Pressure>,
+}
+
+/// The self test's phases under a latched fault.
+#[derive(Clone, Debug)]
+enum Diagnosis {
+    NotYet,
+    Runs(SelfTest),
+    Done,
 }
 
 /// Where the setpoints come from.
@@ -241,6 +255,10 @@ impl Controller {
             self_test: None,
             bend_loop: BendLoop::new(),
             identification: Identification::new(coefficients),
+            diagnosis: Diagnosis::NotYet,
+            activity: Activity::Vented,
+            commanded: Actuation::SAFE,
+            setpoints: [Pressure::ZERO; 3],
         }
     }
 
@@ -302,7 +320,12 @@ impl Controller {
             Command::Vent => Source::Vented,
             Command::ClearFault => {
                 let inputs = self.inputs.ok_or(Rejection::NoFault)?;
-                return self.supervisor.clear(&inputs);
+                let cleared = self.supervisor.clear(&inputs)?;
+                self.diagnosis = Diagnosis::NotYet;
+                if cleared.iter().any(|fault| fault.clearing() == Clearing::CommandThenSelfTest) {
+                    self.self_test = Some(SelfTest::new());
+                }
+                return Ok(());
             }
             Command::ZeroSensors => return self.zero_sensors(),
             Command::Calibrate(segment, coefficients) => {
@@ -386,7 +409,21 @@ impl Controller {
         if let Reading::Valid(manifold) = inputs.manifold {
             self.observer.measure(manifold - self.zero);
         }
-        let fault = self.supervisor.watch(inputs);
+        let chambers = self.observer.chambers();
+        let fault = self.supervisor.watch(
+            inputs,
+            &Context {
+                activity: self.activity,
+                host_drives: matches!(self.reference, Source::Manual(_)),
+                pressure_zero: self.zero,
+                bend_zero: self.bend_zero,
+                manifold: self.observer.manifold(),
+                chambers: &chambers,
+                setpoints: &self.setpoints,
+                commanded: &self.commanded,
+                coefficients: &self.coefficients,
+            },
+        );
         if fault.is_some() {
             // A sequence never goes on by itself after a fault.
             self.reference = Source::Vented;
@@ -396,21 +433,25 @@ impl Controller {
         if testing.is_some() {
             outputs.mode = Mode::SelfTest;
         }
+        self.activity = if testing.is_some() { Activity::Testing } else { Activity::Vented };
         outputs.actuation = match (fault, outputs.mode) {
             (Some(fault), _) => {
                 outputs.mode = Mode::Faulted(fault);
-                self.regulator.vent()
+                let safe = self.regulator.vent();
+                self.diagnose(inputs).unwrap_or(safe)
             }
             (None, Mode::SelfTest) => {
                 self.regulator.vent();
                 testing.unwrap_or(Actuation::SAFE)
             }
             (None, Mode::Running | Mode::Holding | Mode::Paused) => {
+                self.activity = Activity::Driving;
                 self.regulator.step(outputs.setpoints, &mut self.observer)
             }
             (None, _) => self.regulator.vent(),
         };
         self.observer.commanded(&outputs.actuation);
+        (self.commanded, self.setpoints) = (outputs.actuation, outputs.setpoints);
         self.follow_zero(inputs.manifold, outputs.actuation);
         outputs.faults = self.supervisor.faults();
         outputs.estimates = self.observer.chambers();
@@ -443,6 +484,34 @@ impl Controller {
         }
     }
 
+    /// Looks for the part that failed, once for each latched fault: the finger vents, and the self test's phases name what
+    /// does not respond. Nothing when that is not, or no longer, allowed.
+    fn diagnose(&mut self, inputs: &Inputs) -> Option<Actuation> {
+        if !self.supervisor.may_diagnose() || self.self_test.is_some() {
+            self.diagnosis = Diagnosis::Done;
+            return None;
+        }
+        if matches!(self.diagnosis, Diagnosis::NotYet) {
+            self.diagnosis = Diagnosis::Runs(SelfTest::new());
+        }
+        let Diagnosis::Runs(test) = &mut self.diagnosis else { return None };
+        match test.step(inputs) {
+            Verdict::Testing(actuation) => {
+                if actuation != Actuation::SAFE {
+                    self.activity = Activity::Testing;
+                }
+                return Some(actuation);
+            }
+            Verdict::Passed => {}
+            Verdict::Failed(part) => {
+                let named = test.named(part);
+                self.supervisor.latch(named);
+            }
+        }
+        self.diagnosis = Diagnosis::Done;
+        None
+    }
+
     /// The self test's tick, while there is one: a failure is latched as a fault, and whatever fault there is starts the
     /// test over once it is cleared.
     fn test(&mut self, inputs: &Inputs, fault: Option<Fault>) -> (Option<Fault>, Option<Actuation>) {
@@ -458,8 +527,10 @@ impl Controller {
                 (None, None)
             }
             Verdict::Failed(part) => {
+                let named = test.named(part);
                 *test = SelfTest::new();
                 self.supervisor.latch(Fault::SelfTest(part));
+                self.supervisor.latch(named);
                 (self.supervisor.fault(), None)
             }
         }

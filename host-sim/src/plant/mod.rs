@@ -383,6 +383,12 @@ impl Plant {
         }
     }
 
+    /// True gauge pressure of each chamber, kPa: of [`Self::truth`] what takes no time.
+    #[must_use]
+    pub fn chambers_kpa(&self) -> [f64; 3] {
+        self.chambers.map(|chamber| chamber.absolute_kpa() - self.parameters.gas.atmosphere_kpa)
+    }
+
     /// What the ticks since the start took; the adaptive method's bends are not counted.
     #[must_use]
     pub fn counts(&self) -> Counts {

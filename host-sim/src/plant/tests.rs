@@ -369,24 +369,24 @@ fn a_blocked_segment_bends_no_further_and_straightens_freely() {
 #[test]
 fn a_push_moves_a_segment_within_its_time_and_its_closed_chamber_feels_it() {
     let push = FaultKind::FingerPushed { segment: Segment::Distal, degrees: -30.0 };
-    let mut plant = plant(Scene::default().with_faults([InjectedFault::passing(push, 2000, 3000)]));
-    run(&mut plant, FILL, 1200);
-    run(&mut plant, Actuation::HOLD, 800);
-    let before = plant.truth();
-    run(&mut plant, Actuation::HOLD, 50);
-    assert!((plant.truth().forced_deg[2] + 15.0).abs() < 0.01, "{:?}", plant.truth());
-    run(&mut plant, Actuation::HOLD, 250);
-    let pushed = plant.truth();
+    let mut held = plant(Scene::default().with_faults([InjectedFault::passing(push, 2000, 3000)]));
+    run(&mut held, FILL, 1200);
+    run(&mut held, Actuation::HOLD, 800);
+    let before = held.truth();
+    run(&mut held, Actuation::HOLD, 50);
+    assert!((held.truth().forced_deg[2] + 15.0).abs() < 0.01, "{:?}", held.truth());
+    run(&mut held, Actuation::HOLD, 250);
+    let pushed = held.truth();
     assert!((pushed.forced_deg[2] + 30.0).abs() < 1e-9);
     // Its chamber is smaller: the pressure rises, and with it the bend that it would have.
     assert!(pushed.chambers_kpa[2] > before.chambers_kpa[2] + 3.0);
     assert!(pushed.bends_deg[2] < before.bends_deg[2] - 25.0);
     assert!((pushed.content_nl - before.content_nl).abs() < 1e-12, "no air is made");
-    run(&mut plant, Actuation::HOLD, 1500);
-    let after = plant.truth();
+    run(&mut held, Actuation::HOLD, 1500);
+    let after = held.truth();
     assert!((after.bends_deg[2] - before.bends_deg[2]).abs() < 1.0 && after.forced_deg[2].abs() <= 0.0);
     // A straight segment is not pushed through its end.
-    let mut straight = super::tests::plant(Scene::ideal().with_faults([InjectedFault::lasting(push, 0)]));
+    let mut straight = plant(Scene::ideal().with_faults([InjectedFault::lasting(push, 0)]));
     run(&mut straight, Actuation::SAFE, 300);
     assert!(straight.truth().bends_deg[2].abs() <= 0.0);
 }

@@ -267,6 +267,13 @@ impl FaultSet {
         self.0 |= Self::of(fault).0;
     }
 
+    /// This and one more.
+    #[must_use]
+    pub const fn with(mut self, fault: Fault) -> Self {
+        self.insert(fault);
+        self
+    }
+
     /// Whether `fault` is in it.
     #[must_use]
     pub const fn contains(self, fault: Fault) -> bool {

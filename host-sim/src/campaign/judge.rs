@@ -1,0 +1,407 @@
+//! Judges a run by the plant's truth and by what the controller latched; what it believed counts for nothing.
+
+use super::draw::{Case, Drawn};
+use super::kind::fault_name;
+use super::shows::{Commanded, Showing, hazards};
+use super::vent::{HORIZON_MS, Reference, VENTED_KPA};
+use crate::plant::Plant;
+use model_core::actuation::Actuation;
+use model_core::controller::{Mode, Outputs};
+use model_core::supervisor::fault::{Clearing, Fault, FaultSet};
+
+/// No chamber may be above this, kPa, ...
+pub const LIMIT_KPA: f64 = 165.0;
+/// ... for longer than this, ms.
+pub const LIMIT_MS: u32 = 20;
+/// After venting a diagnosis may look for the part for so long, ms, before the run is ended.
+const DIAGNOSIS_MS: u32 = 8000;
+/// A diagnosis may lift no chamber above this, kPa: a manifold's air in three chambers, and as much again.
+pub const DIAGNOSIS_KPA: f64 = 30.0;
+/// How much higher than the de-energised plant a chamber may end that cannot vent, kPa.
+const SAME_KPA: f64 = 5.0;
+
+/// What a run may break.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Property {
+    /// No chamber above 165 kPa for more than 20 ms.
+    OverPressure,
+    /// Every chamber that can vent is below 10 kPa within 1.5 times the plant's own vent time.
+    VentTime,
+    /// Every fault that shows is detected within its bound.
+    Detection,
+    /// Nothing is energised while faulted, beyond what a diagnosis may.
+    Energised,
+    /// Nothing panics.
+    Panic,
+}
+
+impl Property {
+    /// All, in order.
+    pub const ALL: [Self; 5] = [Self::OverPressure, Self::VentTime, Self::Detection, Self::Energised, Self::Panic];
+}
+
+/// What the controller did in a tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// It stepped.
+    Ticked,
+    /// It did not: it is late, hangs or has no power. Outputs are de-energised when `safe`.
+    Missing {
+        /// Whether the outputs are de-energised.
+        safe: bool,
+    },
+}
+
+/// How a fault of a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// It never showed in a true quantity, or the run was over before it came.
+    NotShown,
+    /// It showed, and the run ended before its bound.
+    Undecided,
+    /// Detected this long after it showed, ms; 0 when before.
+    Detected {
+        /// Time from showing, ms.
+        latency_ms: u32,
+    },
+    /// Not within its bound.
+    Missed,
+}
+
+/// A fault's fate.
+#[derive(Clone, Copy, Debug)]
+pub struct Fate {
+    /// Which.
+    pub drawn: Drawn,
+    /// How it ended.
+    pub ending: Ending,
+    /// Whether a latched fault calls it by its name in the end.
+    pub named: bool,
+}
+
+/// All that is kept of a run.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    /// Length, ms.
+    pub simulated_ms: u32,
+    /// Time without any fault and before any alarm, ms.
+    pub fault_free_ms: u32,
+    /// An alarm while nothing was broken.
+    pub false_alarm: Option<Fault>,
+    /// The first fault that was latched while something was.
+    pub first_alarm: Option<Fault>,
+    /// What became of each fault.
+    pub fates: Vec<Fate>,
+    /// What was broken, and how.
+    pub violations: Vec<(Property, String)>,
+    /// What physically kept a chamber from venting.
+    pub cannot_vent: Option<String>,
+    /// What physically kept a chamber above the limit after detection.
+    pub unavoidable: Option<String>,
+    /// The slowest chamber's vent time over the plant's own, per cent.
+    pub vent_percent: Option<u32>,
+    /// What happened when, ms.
+    pub timeline: Vec<(u32, String)>,
+}
+
+/// From the first fault that vents on.
+#[derive(Clone, Copy, Debug)]
+struct Venting {
+    since_ms: u32,
+    fault: Fault,
+    reference: Reference,
+    reached_ms: [Option<u32>; 3],
+}
+
+/// See the module's page.
+pub struct Judge<'a> {
+    case: &'a Case,
+    showings: Vec<Showing>,
+    detected: Vec<Option<u32>>,
+    named: Vec<bool>,
+    commanded: Commanded,
+    over_ms: [u32; 3],
+    latched: FaultSet,
+    all_latched: FaultSet,
+    venting: Option<Venting>,
+    energised: bool,
+    last_mode: Option<Mode>,
+    outcome: Outcome,
+}
+
+impl<'a> Judge<'a> {
+    /// At the run's start.
+    #[must_use]
+    pub fn new(case: &'a Case) -> Self {
+        Self {
+            case,
+            showings: case.faults.iter().map(|&drawn| Showing::new(drawn)).collect(),
+            detected: vec![None; case.faults.len()],
+            named: vec![false; case.faults.len()],
+            commanded: Commanded::default(),
+            over_ms: [0; 3],
+            latched: FaultSet::EMPTY,
+            all_latched: FaultSet::EMPTY,
+            venting: None,
+            energised: false,
+            last_mode: None,
+            outcome: Outcome::default(),
+        }
+    }
+
+    /// The controller was restarted: nothing is latched.
+    pub fn restarted(&mut self) {
+        self.latched = FaultSet::EMPTY;
+    }
+
+    /// Whether a fault that vents is latched.
+    #[must_use]
+    pub fn is_venting(&self) -> bool {
+        self.venting.is_some()
+    }
+
+    fn violate(&mut self, now_ms: u32, property: Property, how: String) {
+        self.outcome.timeline.push((now_ms, format!("VIOLATED {property:?}: {how}")));
+        if self.outcome.violations.iter().all(|(other, _)| *other != property) {
+            self.outcome.violations.push((property, how));
+        }
+    }
+
+    /// One tick, before the plant moves on; true when there is nothing left to see.
+    pub fn tick(
+        &mut self,
+        now_ms: u32,
+        event: Event,
+        outputs: Option<&Outputs>,
+        actuation: Actuation,
+        plant: &Plant,
+    ) -> bool {
+        let chambers_kpa = plant.chambers_kpa();
+        self.commanded.step(actuation);
+        self.show(now_ms, outputs, actuation, plant);
+        if let (Event::Ticked, Some(outputs)) = (event, outputs) {
+            self.hear(now_ms, outputs, plant);
+            self.energise(now_ms, outputs, actuation, &chambers_kpa);
+        }
+        let present = self.case.faults.iter().any(|fault| fault.from_ms <= now_ms);
+        if !present && self.outcome.false_alarm.is_none() {
+            self.outcome.fault_free_ms += 1;
+        }
+        self.limit(now_ms, &chambers_kpa);
+        self.vent(now_ms, &chambers_kpa)
+    }
+
+    /// Whether faults show.
+    fn show(&mut self, now_ms: u32, outputs: Option<&Outputs>, actuation: Actuation, plant: &Plant) {
+        let waiting = |(showing, detected): (&Showing, &Option<u32>)| {
+            showing.is_present(now_ms) && showing.since_ms.is_none() && detected.is_none()
+        };
+        if self.venting.is_some() || !self.showings.iter().zip(&self.detected).any(waiting) {
+            return;
+        }
+        let truth = plant.truth();
+        for (showing, drawn) in self.showings.iter_mut().zip(&self.case.faults) {
+            if !showing.is_present(now_ms) || showing.since_ms.is_some() {
+                continue;
+            }
+            if now_ms == drawn.from_ms {
+                self.outcome.timeline.push((now_ms, format!("comes {}", describe(drawn))));
+            }
+            showing.tick(now_ms, self.case, &truth, outputs, actuation, &self.commanded);
+            if let Some(since_ms) = showing.since_ms {
+                self.outcome.timeline.push((since_ms, format!("shows {}", drawn.kind.name())));
+            }
+        }
+    }
+
+    /// What was latched.
+    fn hear(&mut self, now_ms: u32, outputs: &Outputs, plant: &Plant) {
+        if self.last_mode != Some(outputs.mode) {
+            self.last_mode = Some(outputs.mode);
+            self.outcome.timeline.push((now_ms, format!("mode {:?}", outputs.mode)));
+        }
+        let new = outputs.faults.without(self.latched);
+        self.latched = outputs.faults;
+        if new.is_empty() {
+            return;
+        }
+        self.all_latched = self.all_latched.union(new);
+        let present: Vec<Drawn> = self.case.faults.iter().copied().filter(|fault| fault.from_ms <= now_ms).collect();
+        let mut accepted = FaultSet::EMPTY;
+        for fault in &present {
+            accepted = accepted.union(fault.kind.accepted(fault.segment));
+        }
+        for fault in new.iter() {
+            self.outcome.timeline.push((now_ms, format!("latched {}", fault_name(fault))));
+            if present.is_empty() {
+                self.outcome.false_alarm.get_or_insert(fault);
+            } else {
+                self.outcome.first_alarm.get_or_insert(fault);
+            }
+            if self.venting.is_none() && FaultSet::of(fault).intersects(FaultSet::VENTING) {
+                let reference = Reference::of(plant, LIMIT_KPA, LIMIT_MS);
+                self.venting = Some(Venting { since_ms: now_ms, fault, reference, reached_ms: [None; 3] });
+                self.outcome
+                    .timeline
+                    .push((now_ms, format!("the plant's own vent times: {:?} ms", reference.vented_ms)));
+            }
+        }
+        for (index, drawn) in self.case.faults.iter().enumerate().filter(|(_, drawn)| drawn.from_ms <= now_ms) {
+            // Of two at once either's detection vents; alone each is detected by its own.
+            if new.intersects(accepted) && (present.len() > 1 || new.intersects(drawn.kind.accepted(drawn.segment))) {
+                self.detected[index].get_or_insert(now_ms);
+            }
+            self.named[index] |= new.intersects(drawn.kind.named(drawn.segment));
+        }
+    }
+
+    /// What is energised while a fault that vents is latched.
+    fn energise(&mut self, now_ms: u32, outputs: &Outputs, actuation: Actuation, chambers_kpa: &[f64; 3]) {
+        let Some(Venting { since_ms, fault, reference, .. }) = self.venting else { return };
+        if !self.latched.intersects(FaultSet::VENTING) && !matches!(outputs.mode, Mode::Faulted(_)) {
+            return;
+        }
+        let energised = actuation != Actuation::SAFE;
+        if energised && !self.energised {
+            let vents = |chamber: usize| reference.vented_ms[chamber].is_some();
+            let full = (0..3).find(|&chamber| vents(chamber) && chambers_kpa[chamber] >= VENTED_KPA);
+            if let Some(chamber) = full {
+                let kpa = chambers_kpa[chamber];
+                let after = now_ms - since_ms;
+                self.violate(
+                    now_ms,
+                    Property::Energised,
+                    format!("{after} ms after detection, chamber at {kpa:.1} kPa"),
+                );
+            } else if fault.clearing() != Clearing::CommandThenSelfTest {
+                self.violate(now_ms, Property::Energised, format!("after {}, which needs no test", fault_name(fault)));
+            } else {
+                self.outcome.timeline.push((now_ms, "diagnosis energises".to_owned()));
+            }
+        }
+        if energised {
+            let lifted =
+                (0..3).find(|&chamber| chambers_kpa[chamber] > DIAGNOSIS_KPA && reference.vented_ms[chamber].is_some());
+            if let Some(chamber) = lifted {
+                let kpa = chambers_kpa[chamber];
+                self.violate(now_ms, Property::Energised, format!("a diagnosis lifts a chamber to {kpa:.1} kPa"));
+            }
+        }
+        self.energised = energised;
+    }
+
+    /// No chamber above the limit for longer than its time.
+    fn limit(&mut self, now_ms: u32, chambers_kpa: &[f64; 3]) {
+        for (chamber, &kpa) in chambers_kpa.iter().enumerate() {
+            self.over_ms[chamber] = if kpa > LIMIT_KPA { self.over_ms[chamber] + 1 } else { 0 };
+            if self.over_ms[chamber] != LIMIT_MS + 1 {
+                continue;
+            }
+            if self.venting.is_some_and(|venting| venting.reference.over_pressure) {
+                let why = hazards(self.case, now_ms, chamber).join(" and ");
+                self.outcome.timeline.push((now_ms, format!("unavoidably above {LIMIT_KPA} kPa: {why}")));
+                self.outcome.unavoidable.get_or_insert(why);
+            } else {
+                self.violate(
+                    now_ms,
+                    Property::OverPressure,
+                    format!("chamber {chamber} at {kpa:.1} kPa for {LIMIT_MS} ms"),
+                );
+            }
+        }
+    }
+
+    /// Venting within its time; true when there is nothing left to see.
+    fn vent(&mut self, now_ms: u32, chambers_kpa: &[f64; 3]) -> bool {
+        let Some(mut venting) = self.venting else { return false };
+        let after_ms = now_ms - venting.since_ms;
+        let mut open = false;
+        for (chamber, &kpa) in chambers_kpa.iter().enumerate() {
+            let Some(own_ms) = venting.reference.vented_ms[chamber] else {
+                open |= after_ms < HORIZON_MS;
+                if after_ms == HORIZON_MS {
+                    self.stays(now_ms, chamber, kpa, venting.reference.end_kpa[chamber]);
+                }
+                continue;
+            };
+            if kpa < VENTED_KPA && venting.reached_ms[chamber].is_none() {
+                venting.reached_ms[chamber] = Some(after_ms);
+                if own_ms > 0 {
+                    let percent = (u64::from(after_ms) * 100).div_ceil(u64::from(own_ms)) as u32;
+                    let worst = self.outcome.vent_percent.get_or_insert(percent);
+                    *worst = percent.max(*worst);
+                }
+            }
+            open |= venting.reached_ms[chamber].is_none();
+            // One tick for the readings, which see a tick's end.
+            let deadline_ms = (own_ms * 3).div_ceil(2) + 1;
+            if venting.reached_ms[chamber].is_none() && after_ms == deadline_ms + 1 {
+                let how = format!(
+                    "chamber {chamber} at {kpa:.1} kPa {after_ms} ms after detection, own vent time {own_ms} ms"
+                );
+                self.violate(now_ms, Property::VentTime, how);
+            }
+        }
+        self.venting = Some(venting);
+        let all_named = !self.named.is_empty() && self.named.iter().all(|&named| named);
+        let diagnosis =
+            venting.fault.clearing() == Clearing::CommandThenSelfTest && !all_named && after_ms < DIAGNOSIS_MS;
+        after_ms > HORIZON_MS || !open && !diagnosis
+    }
+
+    /// A chamber that cannot vent ends no higher than in the de-energised plant.
+    fn stays(&mut self, now_ms: u32, chamber: usize, kpa: f64, own_kpa: f64) {
+        let why = hazards(self.case, now_ms, chamber).join(" and ");
+        if why.is_empty() {
+            self.violate(now_ms, Property::VentTime, format!("the plant itself does not vent chamber {chamber}"));
+        } else if kpa > (own_kpa + SAME_KPA).max(DIAGNOSIS_KPA) {
+            let how =
+                format!("chamber {chamber} at {kpa:.1} kPa where the de-energised plant is at {own_kpa:.1}: {why}");
+            self.violate(now_ms, Property::VentTime, how);
+        }
+        self.outcome.timeline.push((now_ms, format!("chamber {chamber} cannot vent, {kpa:.1} kPa: {why}")));
+        let known = self.outcome.cannot_vent.get_or_insert_default();
+        if why.len() > known.len() {
+            *known = why;
+        }
+    }
+
+    /// The run's end.
+    #[must_use]
+    pub fn outcome(mut self, now_ms: u32) -> Outcome {
+        self.outcome.simulated_ms = now_ms;
+        // What another fault's venting has ended can show no more.
+        let seen_ms = self.venting.map_or(now_ms, |venting| venting.since_ms);
+        for (index, &drawn) in self.case.faults.iter().enumerate() {
+            let bound_ms = drawn.kind.bound_ms();
+            let ending = match (self.detected[index], self.showings[index]) {
+                (Some(detected_ms), showing) => {
+                    let latency_ms = detected_ms.saturating_sub(showing.since_at(detected_ms).unwrap_or(detected_ms));
+                    if latency_ms > bound_ms { Ending::Missed } else { Ending::Detected { latency_ms } }
+                }
+                (None, Showing { since_ms: None, .. }) => Ending::NotShown,
+                (None, Showing { since_ms: Some(since_ms), .. }) if seen_ms > since_ms + bound_ms => Ending::Missed,
+                (None, _) => Ending::Undecided,
+            };
+            if ending == Ending::Missed {
+                let since = self.showings[index].since_ms.unwrap_or(0);
+                let how = match self.detected[index] {
+                    Some(at) => {
+                        format!("{} after {} ms, bound {bound_ms} ms", drawn.kind.name(), at.saturating_sub(since))
+                    }
+                    None => format!("{} shows from {since} ms on, bound {bound_ms} ms", drawn.kind.name()),
+                };
+                self.violate(now_ms, Property::Detection, how);
+            }
+            self.outcome.fates.push(Fate { drawn, ending, named: self.named[index] });
+        }
+        self.outcome.timeline.sort_by_key(|(ms, _)| *ms);
+        self.outcome
+    }
+}
+
+/// A fault in words.
+#[must_use]
+pub fn describe(drawn: &Drawn) -> String {
+    format!("{} at {} ms ({:?})", drawn.kind.name(), drawn.from_ms, drawn.what)
+}

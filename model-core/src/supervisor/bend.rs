@@ -1,0 +1,161 @@
+//! The finger's bend against the model's bend of the estimated pressures: an independent look at the chambers' true
+//! pressures, and at whether something holds or pushes the finger.
+//!
+//! The work is spread over four ticks: one chamber's bend in each of three, and the comparison in the fourth.
+
+use crate::actuation::PerSegment;
+use crate::inverse::bend_from_pressure;
+use crate::units::{Bend, Coefficients, Pressure};
+
+/// Ticks of one round.
+const ROUND: u8 = 4;
+/// The finger follows its pressures with a lag of 80 ms: its share in a round, over 256.
+const LAG_SHARE: i64 = 12;
+/// At rest the sum of the bends may be off by this: zero, noise, how the finger lies.
+const BOUND: Bend = Bend::from_deg(10);
+/// And by a sixteenth of itself: calibration, gain.
+const BOUND_SHIFT: u32 = 4;
+/// And by what 1.5 kPa in a chamber make: bend grows with the root of the pressure, so most near zero. Below each pressure.
+const NEAR_ZERO: (Pressure, Bend) = (Pressure::from_kpa(3), Bend::from_deg(9));
+const LOW: (Pressure, Bend) = (Pressure::from_kpa(15), Bend::from_deg(4));
+const HIGH: Bend = Bend::from_deg(2);
+/// In motion by the lag's own error, this many quarters of the way that is left, and for a while after.
+const MOTION_QUARTERS: i32 = 5;
+const MOTION_FADES: u32 = 6;
+/// For so many rounds: 240 ms.
+const ROUNDS: u8 = 60;
+/// Below this mean absolute second difference the signal stands still: a sound sensor's noise of 0.3 degrees has 0.6.
+const SMOOTH: Bend = Bend::from_milli_deg(250);
+/// Here a sound sensor stands still too: its range ends at 360 degrees.
+const RANGE_END: Bend = Bend::from_deg(350);
+/// Ticks for which the reading must be out of its electrical range.
+const FAILED_TICKS: u8 = 5;
+
+/// What the bend says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Verdict {
+    Agrees,
+    Disagrees,
+    SensorFailed,
+}
+
+/// See the module's page.
+#[derive(Clone, Debug)]
+pub(super) struct Residual {
+    round: u8,
+    sum: Bend,
+    /// The widest margin of this round, and half of the others'.
+    widest: Bend,
+    margins: Bend,
+    /// The expected bend, with the finger's lag.
+    expected: Bend,
+    /// The reading, filtered over 8 ms, and its last two.
+    seen: Bend,
+    last: [Bend; 2],
+    roughness: Bend,
+    motion: Bend,
+    off: u8,
+    failed: u8,
+    started: bool,
+}
+
+impl Residual {
+    pub(super) const fn new() -> Self {
+        Self {
+            round: 0,
+            sum: Bend::ZERO,
+            widest: Bend::ZERO,
+            margins: Bend::ZERO,
+            expected: Bend::ZERO,
+            seen: Bend::ZERO,
+            last: [Bend::ZERO; 2],
+            roughness: Bend::from_milli_deg(600),
+            motion: Bend::ZERO,
+            off: 0,
+            failed: 0,
+            started: false,
+        }
+    }
+
+    /// One tick: the reading, if it is one, and the chambers' estimates.
+    pub(super) fn watch(
+        &mut self,
+        reading: Option<Bend>,
+        chambers: &PerSegment<Pressure>,
+        coefficients: &PerSegment<Coefficients>,
+    ) -> Verdict {
+        self.failed = if reading.is_none() { self.failed.saturating_add(1) } else { 0 };
+        if let Some(reading) = reading {
+            self.read(reading);
+        }
+        let mut verdict = if self.failed >= FAILED_TICKS { Verdict::SensorFailed } else { Verdict::Agrees };
+        let index = usize::from(self.round);
+        if let (Some(&chamber), Some(coefficients)) = (chambers.get(index), coefficients.get(index)) {
+            self.sum = self.sum + bend_from_pressure(coefficients, chamber);
+            let margin = match chamber {
+                _ if chamber < NEAR_ZERO.0 => NEAR_ZERO.1,
+                _ if chamber < LOW.0 => LOW.1,
+                _ => HIGH,
+            };
+            // The largest whole, the others half: they are hardly all at their worst the same way.
+            let (large, small) = (self.widest.max(margin), self.widest.min(margin));
+            self.margins = self.margins + Bend::from_bits(small.to_bits() / 2);
+            self.widest = large;
+        } else if reading.is_some() && self.started && self.differs() {
+            let stands_still = self.roughness < SMOOTH && self.seen < RANGE_END;
+            verdict = if stands_still { Verdict::SensorFailed } else { Verdict::Disagrees };
+        }
+        self.round = (self.round + 1) % ROUND;
+        verdict
+    }
+
+    fn read(&mut self, reading: Bend) {
+        let [one, two] = self.last;
+        self.last = [reading, one];
+        if !self.started {
+            (self.seen, self.last, self.started) = (reading, [reading; 2], true);
+            return;
+        }
+        let curve = ((reading - one) - (one - two)).abs();
+        self.roughness = blend(self.roughness, curve, 4);
+        self.seen = blend(self.seen, reading, 32);
+    }
+
+    /// Ends a round.
+    fn differs(&mut self) -> bool {
+        let target = core::mem::take(&mut self.sum);
+        self.expected = blend(self.expected, target, LAG_SHARE);
+        let left = (target - self.expected).abs();
+        let fading = self.motion - Bend::from_bits(self.motion.to_bits() >> MOTION_FADES);
+        self.motion = left.max(fading);
+        let motion = Bend::from_bits((self.motion.to_bits() >> 2).saturating_mul(MOTION_QUARTERS));
+        let margins = core::mem::take(&mut self.widest) + core::mem::take(&mut self.margins);
+        let bound = BOUND + margins + Bend::from_bits(self.expected.to_bits() >> BOUND_SHIFT) + motion;
+        #[cfg(feature = "host")]
+        if std::env::var("BENDR").is_ok() {
+            let r = ((self.seen - self.expected).abs().to_f64() / bound.to_f64() * 10.0) as i32;
+            if r > 6 {
+                eprintln!(
+                    "ratio {r} bound {:.0} at {:.0} of {} motion {:.0} off {}",
+                    bound.to_f64(),
+                    self.seen.to_f64(),
+                    self.expected.to_f64() as i32,
+                    motion.to_f64(),
+                    self.off
+                );
+            }
+        }
+        super::held::lasts(&mut self.off, (self.seen - self.expected).abs() > bound, ROUNDS)
+    }
+
+    /// Whether reading and pressures agree now.
+    pub(super) fn is_calm(&self) -> bool {
+        self.off == 0
+    }
+}
+
+/// From `old` this many 256ths of the way to `new`.
+fn blend(old: Bend, new: Bend, share: i64) -> Bend {
+    let way = (i64::from(new.to_bits()) - i64::from(old.to_bits())) * share;
+    old + Bend::from_bits((way >> 8) as i32)
+}
