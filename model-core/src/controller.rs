@@ -253,12 +253,12 @@ impl Controller {
             rested: 0,
             bend_zero: Bend::ZERO,
             self_test: None,
-            bend_loop: BendLoop::new(),
-            identification: Identification::new(coefficients),
             diagnosis: Diagnosis::NotYet,
             activity: Activity::Vented,
             commanded: Actuation::SAFE,
             setpoints: [Pressure::ZERO; 3],
+            bend_loop: BendLoop::new(),
+            identification: Identification::new(coefficients),
         }
     }
 

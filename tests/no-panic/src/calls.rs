@@ -22,8 +22,8 @@ use model_core::regulator::Regulator;
 use model_core::self_test::{Part, SelfTest};
 use model_core::sequence::player::Player;
 use model_core::sequence::{Sequence, Step, Target, library};
-use model_core::supervisor::Supervisor;
 use model_core::supervisor::fault::{FaultSet, Priority};
+use model_core::supervisor::{Activity, Context, Supervisor};
 use model_core::units::{Bend, Coefficients, Millis, Pressure};
 
 /// A value of which the compiler knows only the type: nothing that depends on it is folded away.
@@ -157,6 +157,7 @@ fn faults() {
     FaultSet::insert(&mut set, any(Fault::OverPressure));
     let set = any(set);
     consume(FaultSet::from_bits(any(FaultSet::bits(set))));
+    consume(FaultSet::with(set, any(Fault::OverPressure)));
     consume(FaultSet::contains(set, any(Fault::OverPressure)));
     consume(FaultSet::intersects(set, any(FaultSet::VENTING)));
     consume(FaultSet::union(set, any(FaultSet::VENTING)));
@@ -253,6 +254,7 @@ fn regulator() {
 fn self_test() {
     let mut test = any(SelfTest::new());
     consume(SelfTest::step(&mut test, &any(INPUTS)));
+    consume(SelfTest::named(&any(test.clone()), any(Part::Pump)));
     consume(test);
     consume(<SelfTest as Default>::default());
     consume(Part::code(any(Part::Pump)));
@@ -289,12 +291,24 @@ fn players() {
 #[inline(never)]
 fn supervisor() {
     let mut supervisor = any(Supervisor::new());
-    consume(Supervisor::watch(&mut supervisor, &any(INPUTS)));
+    let context = any(Context {
+        activity: any(Activity::Driving),
+        host_drives: any(true),
+        pressure_zero: any(Pressure::ZERO),
+        bend_zero: any(Bend::ZERO),
+        manifold: any(Pressure::ZERO),
+        chambers: &any(PRESSURES),
+        setpoints: &any(PRESSURES),
+        commanded: &any(Actuation::SAFE),
+        coefficients: &any([calibration::DEFAULT; 3]),
+    });
+    consume(Supervisor::watch(&mut supervisor, &any(INPUTS), &context));
     let mut supervisor = any(supervisor);
     Supervisor::latch(&mut supervisor, any(Fault::OverPressure));
     let mut supervisor = any(supervisor);
     consume(Supervisor::clear(&mut supervisor, &any(INPUTS)));
     consume(Supervisor::faults(&supervisor));
+    consume(Supervisor::may_diagnose(&supervisor));
     consume(Supervisor::fault(&any(supervisor)));
     consume(<Supervisor as Default>::default());
 }

@@ -21,8 +21,8 @@ use model_core::regulator::Regulator;
 use model_core::self_test::{Part, SelfTest, Verdict};
 use model_core::sequence::player::{Player, Reference};
 use model_core::sequence::{Sequence, SequenceError, Step, Target};
-use model_core::supervisor::Supervisor;
 use model_core::supervisor::fault::{Action, Clearing, FaultSet, Priority, Row};
+use model_core::supervisor::{Activity, Supervisor};
 use model_core::units::{Bend, CoefficientError, Coefficients, Millis, Pressure};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -112,6 +112,7 @@ fn controller() {
     plain::<Priority>(&Priority::Low);
     ordered::<Priority>(&Priority::Low);
     plain::<Action>(&Action::Vent);
+    plain::<Activity>(&Activity::Driving);
     plain::<Clearing>(&Clearing::Command);
     cloned::<Row>(&model_core::supervisor::table::TABLE[0]);
     plain::<Mode>(&Mode::Vented);
