@@ -462,6 +462,29 @@ impl Controller {
         outputs
     }
 
+    /// The outer loop on bend, and the identification in the ticks that it leaves.
+    fn follow_bend(&mut self, outputs: &Outputs) {
+        let failed = outputs.faults.contains(Fault::BendSensorFailed);
+        let bend = outputs.bend.valid().filter(|_| !failed);
+        let air_rests = self.observer.air_rests();
+        let estimates = outputs.estimates;
+        let bends = match &self.reference {
+            Source::Manual(Target::Bend(bends)) => Some(*bends),
+            Source::Sequence(_) | Source::Paused(..) => match self.last.target {
+                Target::Bend(bends) => Some(bends),
+                Target::Pressure(_) => None,
+            },
+            Source::Manual(Target::Pressure(_)) | Source::Vented => None,
+        };
+        let setpoints = outputs.setpoints;
+        let seen = bend_loop::Observation { bends, setpoints, estimates, bend, air_rests };
+        let idle = self.bend_loop.step(&seen, &self.coefficients);
+        self.identification.observe(&identification::Observation { setpoints, estimates, bend, air_rests });
+        if idle {
+            self.identification.work(&self.coefficients);
+        }
+    }
+
     /// Looks for the part that failed, once for each latched fault: the finger vents, and the self test's phases name what
     /// does not respond. Nothing when that is not, or no longer, allowed.
     fn diagnose(&mut self, inputs: &Inputs) -> Option<Actuation> {
@@ -488,29 +511,6 @@ impl Controller {
         }
         self.diagnosis = Diagnosis::Done;
         None
-    }
-
-    /// The outer loop on bend, and the identification in the ticks that it leaves.
-    fn follow_bend(&mut self, outputs: &Outputs) {
-        let failed = outputs.faults.contains(Fault::BendSensorFailed);
-        let bend = outputs.bend.valid().filter(|_| !failed);
-        let air_rests = self.observer.air_rests();
-        let estimates = outputs.estimates;
-        let bends = match &self.reference {
-            Source::Manual(Target::Bend(bends)) => Some(*bends),
-            Source::Sequence(_) | Source::Paused(..) => match self.last.target {
-                Target::Bend(bends) => Some(bends),
-                Target::Pressure(_) => None,
-            },
-            Source::Manual(Target::Pressure(_)) | Source::Vented => None,
-        };
-        let seen = bend_loop::Observation { bends, estimates, bend, air_rests };
-        let idle = self.bend_loop.step(&seen, &self.coefficients);
-        let setpoints = outputs.setpoints;
-        self.identification.observe(&identification::Observation { setpoints, estimates, bend, air_rests });
-        if idle {
-            self.identification.work(&self.coefficients);
-        }
     }
 
     /// The self test's tick, while there is one: a failure is latched as a fault, and whatever fault there is starts the

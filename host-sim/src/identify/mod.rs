@@ -36,6 +36,8 @@ const HOLD_MS: u32 = 8000;
 const MEASURED_MS: u32 = 1000;
 /// Time vented between two, ms.
 const VENT_MS: u32 = 3000;
+/// Time after a fault, ms: the finger vents and is looked at for the part that failed.
+const AFTER_FAULT_MS: u32 = 12_000;
 /// Time at the start, ms: the vented controller trims its sensor's zero.
 const STANDBY_MS: u32 = 2000;
 
@@ -52,6 +54,8 @@ pub struct Held {
     pub sum_error_deg: f64,
     /// Trims at the end, as a share of the bend.
     pub trim: [f64; 3],
+    /// The supervisor took the finger for obstructed and vented it.
+    pub vented: bool,
 }
 
 /// What was identified of a segment.
@@ -127,6 +131,26 @@ impl Bench {
         self.controller.command(command).map_err(|rejection| anyhow!("{command:?} is not taken: {rejection:?}"))
     }
 
+    /// As [`Self::hold`], by a controller that may be so wrong that it takes the finger for an obstructed one and vents: the
+    /// bends are then none.
+    fn try_hold(&mut self, target: [i16; 3]) -> Result<Held> {
+        match self.hold(target) {
+            Ok(held) => Ok(held),
+            Err(fault) => {
+                for _ in 0..AFTER_FAULT_MS {
+                    let outputs = self.controller.step(&self.plant.inputs());
+                    self.plant.step(&outputs.actuation);
+                }
+                self.command(Command::ClearFault).context(fault)?;
+                self.run_ms(VENT_MS, |_, _| {})?;
+                let target_deg = target.map(f64::from);
+                let error_deg = target_deg.map(|deg| -deg);
+                let sum_error_deg: f64 = error_deg.iter().sum();
+                Ok(Held { target_deg, bend_deg: [0.0; 3], error_deg, sum_error_deg, trim: [0.0; 3], vented: true })
+            }
+        }
+    }
+
     fn hold(&mut self, target: [i16; 3]) -> Result<Held> {
         self.command(Command::Bends(target.map(Bend::from_deg)))?;
         self.run_ms(HOLD_MS - MEASURED_MS, |_, _| {})?;
@@ -140,8 +164,9 @@ impl Bench {
         self.command(Command::Vent)?;
         self.run_ms(VENT_MS, |_, _| {})?;
         let target_deg = target.map(f64::from);
-        let error_deg = core::array::from_fn(|i| sums[i] - target_deg[i]);
-        Ok(Held { target_deg, bend_deg: sums, error_deg, sum_error_deg: error_deg.iter().sum(), trim })
+        let error_deg: [f64; 3] = core::array::from_fn(|i| sums[i] - target_deg[i]);
+        let sum_error_deg: f64 = error_deg.iter().sum();
+        Ok(Held { target_deg, bend_deg: sums, error_deg, sum_error_deg, trim, vented: false })
     }
 }
 
@@ -173,7 +198,7 @@ pub fn run(
     };
     let mut before = Vec::new();
     for target in TARGETS_DEG {
-        before.push(bench.hold(target)?);
+        before.push(bench.try_hold(target)?);
         step();
     }
     let sequence = library::find("calibrate").context("the sequence calibrate is built in")?;
@@ -253,12 +278,13 @@ pub fn text(report: &Report) -> String {
     for (before, after) in report.before.iter().zip(&report.after) {
         let [p, m, d] = before.target_deg;
         out += &format!(
-            "{:>14}{}{:>7.2}{}{:>7.2}\n",
+            "{:>14}{}{:>7.2}{}{:>7.2}{}\n",
             format!("{p}/{m}/{d}"),
             three(before.error_deg),
             before.sum_error_deg,
             three(after.error_deg),
-            after.sum_error_deg
+            after.sum_error_deg,
+            if before.vented { "  before: vented by a fault" } else { "" }
         );
     }
     out += &format!(

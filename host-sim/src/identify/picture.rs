@@ -37,10 +37,10 @@ fn curves(area: &Area<'_>, report: &Report) -> Result<()> {
     let along = |c: [f64; 3]| (0..=150).map(f64::from).map(move |kpa| (kpa, calibration::bend_deg(c, kpa)));
     let default = calibration::DEFAULT.to_f64_kpa();
     chart
-        .draw_series(LineSeries::new(along(default), FAINT.stroke_width(2)))
+        .draw_series(LineSeries::new(along(default), INK.mix(0.4).stroke_width(1)))
         .map_err(drawing)?
         .label("before")
-        .legend(|(x, y)| PathElement::new([(x, y), (x + 16, y)], FAINT));
+        .legend(|(x, y)| PathElement::new([(x, y), (x + 16, y)], INK.mix(0.4)));
     for (found, colour) in report.segments.iter().zip(SEGMENT_COLOURS) {
         chart
             .draw_series(LineSeries::new(along(found.true_kpa), colour.stroke_width(2)))

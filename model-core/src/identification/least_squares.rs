@@ -34,28 +34,28 @@ const fn narrow(wide: i64) -> i32 {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Row {
     /// 2⁻²⁸ each.
-    pub x: [i32; UNKNOWNS],
+    pub(super) x: [i32; UNKNOWNS],
     /// 2⁻¹⁶.
-    pub y: i32,
+    pub(super) y: i32,
     /// 2⁻²⁴.
-    pub weight: u32,
+    pub(super) weight: u32,
     /// What the rotations have left of the weight, in 2⁻³¹.
     left: u32,
 }
 
 impl Row {
-    pub const fn new(x: [i32; UNKNOWNS], y: i32, weight: u32) -> Self {
+    pub(super) const fn new(x: [i32; UNKNOWNS], y: i32, weight: u32) -> Self {
         Self { x, y, weight, left: 1 << 31 }
     }
 
     /// y less what these unknowns (2⁻¹⁶) explain of it.
-    pub fn residual(&self, unknowns: &[i32; UNKNOWNS]) -> i32 {
+    pub(super) fn residual(&self, unknowns: &[i32; UNKNOWNS]) -> i32 {
         let explained: i64 = self.x.iter().zip(unknowns).map(|(&x, &u)| (i64::from(x) * i64::from(u)) >> 28).sum();
         narrow(i64::from(self.y).saturating_sub(explained))
     }
 
     /// The square of a residual (2⁻¹⁶), weighted, in 2⁻¹⁶.
-    pub fn weighted_square(&self, residual: i32) -> u64 {
+    pub(super) fn weighted_square(&self, residual: i32) -> u64 {
         // 2000 kPa and more are as bad as 2000.
         let size = u64::from(residual.unsigned_abs().min(1 << 27));
         (((size * size) >> 22) * u64::from(self.weight)) >> 18
@@ -79,7 +79,7 @@ pub(super) struct LeastSquares {
 
 impl LeastSquares {
     /// Every unknown is zero, as far as is known.
-    pub const fn new() -> Self {
+    pub(super) const fn new() -> Self {
         Self {
             information: [PRIOR; UNKNOWNS],
             above: [[0; UNKNOWNS]; UNKNOWNS],
@@ -91,7 +91,7 @@ impl LeastSquares {
     }
 
     /// Everything counts a little less, down to the prior.
-    pub fn forget(&mut self) {
+    pub(super) fn forget(&mut self) {
         for information in &mut self.information {
             *information = (*information - (*information >> FORGET_SHIFT)).max(PRIOR);
         }
@@ -101,7 +101,7 @@ impl LeastSquares {
     }
 
     /// Eliminates one unknown from a row; all of them in their order take it in. Some 130 instructions.
-    pub fn rotate(&mut self, row: &mut Row, unknown: usize) {
+    pub(super) fn rotate(&mut self, row: &mut Row, unknown: usize) {
         let (Some(d), Some(above), Some(z), Some(&x)) = (
             self.information.get_mut(unknown),
             self.above.get_mut(unknown),
@@ -130,7 +130,7 @@ impl LeastSquares {
     }
 
     /// Counts a row from which every unknown has been eliminated: what is left of it is the residual of the fit.
-    pub fn count(&mut self, row: &Row) {
+    pub(super) fn count(&mut self, row: &Row) {
         let size = u64::from(row.y.unsigned_abs());
         let square = ((size * size) >> 16).min(1 << 31) as u32;
         let add = |sum: &mut u32, value: u64| *sum = sum.saturating_add(value.min(u64::from(u32::MAX)) as u32);
@@ -141,7 +141,7 @@ impl LeastSquares {
 
     /// Mean of the squared residuals, weighted and not, in 2⁻¹⁶: for as many rows as there are beyond the unknowns, at
     /// least one.
-    pub fn mean_squares(&self) -> [u32; 2] {
+    pub(super) fn mean_squares(&self) -> [u32; 2] {
         let beyond = (self.rows >> 8).saturating_sub((UNKNOWNS as u32) << 8).max(1 << 8);
         [self.weighted_squares, self.squares].map(|sum| {
             // Rows in 2⁻⁸; the quotient has 16 bits more than the type has room for above 2²⁴.
@@ -153,7 +153,7 @@ impl LeastSquares {
 
     /// The unknowns (2⁻¹⁶) within their bounds, and the first one but the last that lies outside when nothing else holds
     /// it: [`Self::hold`] that one and ask again. The last one's bound is exact without.
-    pub fn solve(&self, bounds: &[[i32; 2]; UNKNOWNS]) -> ([i32; UNKNOWNS], Option<(usize, i32)>) {
+    pub(super) fn solve(&self, bounds: &[[i32; 2]; UNKNOWNS]) -> ([i32; UNKNOWNS], Option<(usize, i32)>) {
         let [z0, z1, z2] = self.right;
         let [[_, r01, r02], [_, _, r12], _] = self.above;
         let [b0, b1, b2] = bounds;
@@ -176,7 +176,7 @@ impl LeastSquares {
 
     /// Holds an unknown at a value from now on; what its own equation says of those after it comes back as a row, which
     /// they have to take in.
-    pub fn hold(&mut self, unknown: usize, value: i32) -> Option<Row> {
+    pub(super) fn hold(&mut self, unknown: usize, value: i32) -> Option<Row> {
         let own = self.above.get_mut(unknown)?;
         let z = self.right.get_mut(unknown)?;
         let d = self.information.get_mut(unknown)?;

@@ -356,7 +356,7 @@ impl Identification {
 /// The inverse square of a slope (2⁻²⁴ square degrees per square kPa) from the pressure of two degrees; the slope counts
 /// as 0.5 kPa per degree at least.
 fn weight(two_degrees: Pressure) -> u32 {
-    let slope = (two_degrees.to_bits() >> 10).max(1 << 6).min(0xFFFF) as u32;
+    let slope = (two_degrees.to_bits() >> 10).clamp(1 << 6, 0xFFFF) as u32;
     // 4 / slope², the slope in 2⁻⁶.
     ((1_u32 << 31).checked_div(slope.saturating_mul(slope)).unwrap_or(0)) << 7
 }

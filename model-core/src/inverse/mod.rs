@@ -95,8 +95,7 @@ pub fn pressure_from_bend(coefficients: &Coefficients, bend: Bend) -> Pressure {
 #[must_use]
 pub(crate) fn regressors(bend: Bend) -> [i32; 3] {
     const END: i32 = 130 << 16;
-    // Not `clamp`: see the observer.
-    let bits = bend.to_bits().max(0).min(END);
+    let bits = bend.to_bits().clamp(0, END);
     direct::regressors((bits as u32) << 8)
 }
 
