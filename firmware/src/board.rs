@@ -69,11 +69,7 @@ pub use embassy_stm32::interrupt::UART5 as INTERLOCK_INTERRUPT;
 pub type Alarm = AlarmInput<ExtiInput<'static, Async>>;
 
 /// Everything that drives coils.
-pub struct Coils {
-    pub pump: Relay<Output<'static>>,
-    pub dump: Valve<Output<'static>>,
-    pub segments: [Valve<Output<'static>>; 3],
-}
+pub type Coils = finger_drivers::coils::Coils<Output<'static>>;
 
 /// The board, its parts handed out.
 pub struct Board {

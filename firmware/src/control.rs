@@ -12,9 +12,10 @@ use finger_drivers::settings::{Settings, Store};
 use fixed::types::I8F24;
 use model_core::actuation::PerSegment;
 use model_core::calibration;
-use model_core::controller::{Command, Controller, Inputs, Mode, Outputs, Reading};
-use model_core::protocol::{Effect, Identity, LinkCommand, Reason, Report, Request, handle};
+use model_core::controller::{Command, Controller, Fault, Inputs, Mode, Outputs, Reading};
+use model_core::protocol::{Effect, Identity, LinkCommand, Reason, Report, Request, ResetCause, handle};
 use model_core::sequence::library;
+use model_core::supervisor::fault::{FaultSet, Priority};
 use model_core::units::{Coefficients, Millis};
 
 /// A sample that is this late is missing: the core is told that its sensors fail, and vents after its own time.
@@ -48,6 +49,8 @@ pub type SettingsStore = Store<Flash<'static, Blocking>>;
 #[embassy_executor::task]
 pub async fn control(mut panel: Panel, mut store: SettingsStore) -> ! {
     let mut controller = restore(&mut store);
+    report_start(&mut controller);
+    let mut told = FaultSet::EMPTY;
     let (mut expected, mut overruns, mut worst) = (None, 0_u16, 0);
     let (mut ticks, mut pressed, mut last_mode) = (0_u32, 0_u8, None);
     loop {
@@ -82,6 +85,11 @@ pub async fn control(mut panel: Panel, mut store: SettingsStore) -> ! {
             last_mode = Some(outputs.mode);
             show(&mut panel, outputs.mode);
         }
+        if told != outputs.faults {
+            tell(outputs.faults.without(told));
+            told = outputs.faults;
+        }
+        panel.fault_led.set_level(is_lit(outputs.faults.priority(), ticks).into());
         let tick_cycles = DWT::cycle_count().wrapping_sub(start);
         worst = worst.max(tick_cycles);
         ticks = ticks.wrapping_add(1);
@@ -118,6 +126,37 @@ fn inputs(sample: Option<&Sample>, overrun: bool) -> Inputs {
     }
 }
 
+/// What the start itself says of the last run.
+fn report_start(controller: &mut Controller) {
+    let fault = match crate::reset::cause() {
+        ResetCause::Watchdog | ResetCause::Software => Fault::TaskHang,
+        ResetCause::Brownout => Fault::PowerDip,
+        ResetCause::PowerOn | ResetCause::Pin | ResetCause::Other => return,
+    };
+    controller.report(fault);
+}
+
+/// The fault light as IEC 60601-1-8 has alarms flash: high priority twice a second, medium every other second, low steady.
+const fn is_lit(priority: Option<Priority>, tick: u32) -> bool {
+    match priority {
+        None => false,
+        Some(Priority::Low) => true,
+        Some(Priority::Medium) => tick % 2000 < 1000,
+        Some(Priority::High) => tick % 500 < 250,
+    }
+}
+
+/// Logs faults that are new, by their priority.
+fn tell(faults: FaultSet) {
+    for fault in faults.iter() {
+        match fault.priority() {
+            Priority::High => defmt::error!("fault {=u8}, high priority", fault.code()),
+            Priority::Medium => defmt::warn!("fault {=u8}, medium priority", fault.code()),
+            Priority::Low => defmt::info!("fault {=u8}, low priority", fault.code()),
+        }
+    }
+}
+
 /// The start button: starts the default sequence when vented, vents otherwise.
 fn press(controller: &mut Controller, mode: Mode) {
     let command = match (mode, library::find("reconfigure")) {
@@ -132,7 +171,6 @@ fn press(controller: &mut Controller, mode: Mode) {
 fn show(panel: &mut Panel, mode: Mode) {
     let busy = matches!(mode, Mode::Running | Mode::Holding | Mode::Paused);
     panel.running_led.set_level(busy.into());
-    panel.fault_led.set_level(matches!(mode, Mode::Faulted(_)).into());
     match mode {
         Mode::SelfTest => defmt::info!("self test"),
         Mode::Vented => defmt::info!("vented"),
@@ -147,6 +185,9 @@ fn answer(controller: &mut Controller, store: &mut SettingsStore, request: Reque
     let id = request.id;
     let report = match handle(controller, &request.command) {
         Ok(Effect::IdentityAsked) => Report::Identity(identity(controller, id)),
+        Ok(Effect::IdentificationAsked) => {
+            Report::Identification { id, segments: controller.identified().map(Into::into) }
+        }
         Ok(Effect::Nothing) => Report::Ack { id },
         Ok(Effect::SettingsChanged) => match save(controller, store) {
             Ok(()) => Report::Ack { id },
@@ -162,7 +203,11 @@ fn answer(controller: &mut Controller, store: &mut SettingsStore, request: Reque
 fn restore(store: &mut SettingsStore) -> Controller {
     let Some(settings) = store.load() else {
         defmt::info!("no settings stored: defaults");
-        return Controller::with_self_test([calibration::DEFAULT; 3]);
+        let mut controller = Controller::with_self_test([calibration::DEFAULT; 3]);
+        if store.is_damaged() {
+            controller.report(Fault::SettingsCorrupt);
+        }
+        return controller;
     };
     let mut controller = Controller::with_self_test(settings.coefficients);
     controller.restore_zeros(settings.pressure_zero, settings.bend_zero);

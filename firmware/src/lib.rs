@@ -6,6 +6,7 @@
 
 pub mod alarm;
 pub mod bf350;
+pub mod coils;
 pub mod ise30a;
 pub mod pose;
 pub mod relay;

@@ -39,23 +39,11 @@ pub fn drive(actuation: &Actuation, now: Millis) -> Actuation {
         if let Ok(mut coils) = cell.try_borrow_mut()
             && let Some(coils) = coils.as_mut()
         {
-            apply(coils, &wanted, now);
+            // A pin of the chip cannot fail (its error type is empty), so there is nothing to report.
+            let _ = coils.drive(&wanted, now);
         }
         wanted
     })
-}
-
-/// A pin of the chip cannot fail (its error type is empty), so there is nothing to report.
-fn apply(coils: &mut Coils, wanted: &Actuation, now: Millis) {
-    let _ = if *wanted == Actuation::SAFE {
-        coils.pump.release(now)
-    } else {
-        coils.pump.drive(wanted.pump, now).map(|_| ())
-    };
-    let _ = coils.dump.drive(wanted.dump);
-    for (valve, passage) in coils.segments.iter_mut().zip(wanted.segments) {
-        let _ = valve.drive(passage);
-    }
 }
 
 /// Everything to rest, now, and latched.

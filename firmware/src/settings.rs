@@ -78,12 +78,14 @@ pub struct Store<F> {
     sector_bytes: u32,
     /// Place and number of the newest record.
     newest: Option<(u32, u32)>,
+    /// Something is stored, and no record is whole.
+    damaged: bool,
 }
 
 impl<F: NorFlash> Store<F> {
     /// On two sectors of `sector_bytes` that start at these offsets.
     pub const fn new(flash: F, sectors: [u32; 2], sector_bytes: u32) -> Self {
-        Self { flash, sectors, sector_bytes, newest: None }
+        Self { flash, sectors, sector_bytes, newest: None, damaged: false }
     }
 
     /// A sector's places from one of them on.
@@ -104,6 +106,7 @@ impl<F: NorFlash> Store<F> {
     /// The settings that were stored last, if any are.
     pub fn load(&mut self) -> Option<Settings> {
         let mut found: Option<(u32, u32, Settings)> = None;
+        let mut used = false;
         for sector in self.sectors {
             for place in self.places(sector, sector) {
                 let Some(record) = self.read(place) else { continue };
@@ -111,6 +114,7 @@ impl<F: NorFlash> Store<F> {
                     // Places are used in their order, and one that was begun is not blank.
                     break;
                 }
+                used = true;
                 if let Some((number, settings)) = Settings::from_record(&record)
                     && found.is_none_or(|(_, best, _)| number > best)
                 {
@@ -118,8 +122,14 @@ impl<F: NorFlash> Store<F> {
                 }
             }
         }
+        self.damaged = used && found.is_none();
         self.newest = found.map(|(place, number, _)| (place, number));
         found.map(|(_, _, settings)| settings)
+    }
+
+    /// Whether the last [`load`](Self::load) found records and none of them whole. A blank memory is not damaged.
+    pub const fn is_damaged(&self) -> bool {
+        self.damaged
     }
 
     /// Stores the settings; `before_erase` is called when a sector has to be erased, which takes the chip a second or two.
@@ -278,6 +288,17 @@ mod tests {
         let coefficients = [Coefficients::new(k, c1, c2).expect("admitted"); 3];
         let settings = Settings { coefficients, pressure_zero: Pressure::from_kpa(1), bend_zero: Bend::from_bits(-1) };
         assert_eq!(Settings::from_record(&record), Some((7, settings)));
+    }
+
+    #[test]
+    fn damage_is_told_from_blankness_and_from_a_good_record_beside_it() {
+        let mut open = store(Memory { bytes: vec![0xFF; 2 * SECTOR as usize], left: u32::MAX });
+        assert!(open.load().is_none() && !open.is_damaged());
+        open.save(settings(1), || ()).expect("room");
+        open.flash.bytes[20] ^= 1;
+        assert!(open.load().is_none() && open.is_damaged());
+        open.save(settings(2), || ()).expect("room");
+        assert!(open.load() == Some(settings(2)) && !open.is_damaged());
     }
 
     #[test]

@@ -6,6 +6,7 @@
 use crate::campaign::command::{self as campaign, CampaignArguments};
 use crate::compare;
 use crate::eval::{self, EvalError, Function};
+use crate::identify;
 use crate::methods::{self, Entry};
 use crate::metrics::{Summary, summarise};
 use crate::pareto;
@@ -16,7 +17,7 @@ use anyhow::{Result, anyhow};
 use clap::{Args, Parser, Subcommand};
 use model_core::calibration;
 use model_core::sequence::{self, library};
-use model_core::units::{CoefficientError, Coefficients, Pressure};
+use model_core::units::{Bend, CoefficientError, Coefficients, Pressure};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -72,6 +73,9 @@ enum Command {
     Compare(CompareArguments),
     /// Runs random plants, programs and faults by the thousand, and judges what the supervisor makes of them.
     Campaign(CampaignArguments),
+    /// Calibrates the controller to a simulated finger that it does not know: bends before and after the sequence
+    /// `calibrate`, and what it identified.
+    Identify(IdentifyArguments),
 }
 
 #[derive(Debug, Args)]
@@ -102,13 +106,36 @@ fn scenario(name: &str) -> Result<compare::scenario::Scenario, String> {
 }
 
 #[derive(Debug, Args)]
+struct IdentifyArguments {
+    /// The finger's own coefficients in kPa: given once for all segments, or three times, proximal first. Default: three that
+    /// differ, a bare chamber among them.
+    #[arg(long, value_name = "K,C1,C2", value_parser = coefficients, allow_hyphen_values = true)]
+    finger: Vec<Coefficients>,
+    /// Leaves out the bend sensor's gain error of up to 1 %, which no calibration against that sensor can tell.
+    #[arg(long)]
+    true_gain: bool,
+    /// Seed of the sensors' errors: the same seed gives the same bytes.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Prints JSON.
+    #[arg(long)]
+    json: bool,
+    /// Where picture and figures go.
+    #[arg(long, value_name = "DIR", default_value = "target/identify")]
+    out: PathBuf,
+}
+
+#[derive(Debug, Args)]
 struct RunArguments {
     /// A built-in sequence; see `list`. Default: reconfigure.
-    #[arg(long, value_name = "NAME", conflicts_with = "setpoints")]
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["setpoints", "bends"])]
     sequence: Option<String>,
     /// Gauge pressures of the proximal, middle and distal chamber in kPa, each 0..=150.
     #[arg(long, value_name = "P,M,D", value_parser = setpoints, allow_hyphen_values = true)]
     setpoints: Option<[Pressure; 3]>,
+    /// Bends of the proximal, middle and distal segment in degrees, each 0..=110.
+    #[arg(long, value_name = "P,M,D", value_parser = bends, allow_hyphen_values = true, conflicts_with = "setpoints")]
+    bends: Option<[Bend; 3]>,
     /// Seed of the sensors' errors: the same seed gives the same bytes.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -175,6 +202,17 @@ fn setpoints(text: &str) -> Result<[Pressure; 3], String> {
     Ok(values.map(Pressure::from_f64_kpa))
 }
 
+fn bends(text: &str) -> Result<[Bend; 3], String> {
+    let values = three(text, "P,M,D")?;
+    let limit = sequence::MAX_BEND.to_f64();
+    for value in values {
+        if !(0.0..=limit).contains(&value) {
+            return Err(format!("{value} degrees is outside 0..={limit} degrees, the finger's working range"));
+        }
+    }
+    Ok(values.map(Bend::from_f64_deg))
+}
+
 fn coefficients(text: &str) -> Result<Coefficients, String> {
     let [k, c1, c2] = three(text, "K,C1,C2")?;
     Coefficients::from_f64_kpa(k, c1, c2).map_err(|error| match error {
@@ -219,6 +257,7 @@ fn execute(arguments: Arguments, on_elf: Option<OnElf>) -> u8 {
         Some(Command::Pareto { plant: false, json, out }) => pareto_inverse(json, &out),
         Some(Command::Campaign(arguments)) => campaign::execute(&arguments),
         Some(Command::Compare(arguments)) => compare_regulators(&arguments),
+        Some(Command::Identify(arguments)) => identify_finger(&arguments),
     };
     match outcome {
         Ok(()) => 0,
@@ -262,9 +301,11 @@ fn start_elf() -> Result<(), Failure> {
 }
 
 fn run(arguments: &RunArguments, on_elf: Option<OnElf>) -> Result<(), Failure> {
-    let program = match (&arguments.setpoints, arguments.sequence.as_deref().unwrap_or("reconfigure")) {
-        (Some(setpoints), _) => Program::Setpoints(*setpoints),
-        (None, name) => Program::Sequence(library::find(name).ok_or_else(|| {
+    let name = arguments.sequence.as_deref().unwrap_or("reconfigure");
+    let program = match (arguments.setpoints, arguments.bends) {
+        (Some(setpoints), _) => Program::Setpoints(setpoints),
+        (None, Some(bends)) => Program::Bends(bends),
+        (None, None) => Program::Sequence(library::find(name).ok_or_else(|| {
             let known: Vec<_> = library::ALL.iter().map(|sequence| sequence.name).collect();
             Failure::Input(format!("no sequence is named {name:?}; there are {}", known.join(", ")))
         })?),
@@ -397,6 +438,35 @@ fn pareto_plant(json: bool, out: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
+fn identify_finger(arguments: &IdentifyArguments) -> Result<(), Failure> {
+    let finger_kpa = match arguments.finger.as_slice() {
+        [] => identify::MIXED_KPA,
+        [all] => [all.to_f64_kpa(); 3],
+        [proximal, middle, distal] => [*proximal, *middle, *distal].map(Coefficients::to_f64_kpa),
+        other => {
+            return Err(Failure::Input(format!(
+                "--finger is given {} times: give it once or three times",
+                other.len()
+            )));
+        }
+    };
+    let folder = Folder::prepare(&arguments.out).map_err(|error| Failure::Input(format!("{error:#}")))?;
+    let bar = crate::progress::bar(1, "runs");
+    let report = identify::run(finger_kpa, !arguments.true_gain, arguments.seed, |done, total| {
+        bar.set_length(total as u64);
+        bar.set_position(done as u64);
+    })?;
+    bar.finish_and_clear();
+    let files = identify::write(&folder, &report)?;
+    if arguments.json {
+        print(&format!("{:#}\n", serde_json::to_value(&report).map_err(anyhow::Error::from)?))?;
+    } else {
+        print(&identify::text(&report))?;
+        print(&format!("picture: {}\n", files[0].display()))?;
+    }
+    Ok(())
+}
+
 fn compare_regulators(arguments: &CompareArguments) -> Result<(), Failure> {
     if let Some(budget) = arguments.tune {
         return tune_peers(budget as usize, arguments.json);
@@ -407,8 +477,18 @@ fn compare_regulators(arguments: &CompareArguments) -> Result<(), Failure> {
     let bar = crate::progress::bar(trials, "trials");
     let report = compare::measure(&scenarios, arguments.seeds, || bar.inc(1))?;
     bar.finish_and_clear();
-    let data = format!("{:#}\n", serde_json::to_value(&report).map_err(anyhow::Error::from)?);
-    folder.write(&[("compare.json", data.as_str())])?;
+    let mut json = serde_json::to_value(&report).map_err(anyhow::Error::from)?;
+    json["targets"] = serde_json::to_value(report.targets()).map_err(anyhow::Error::from)?;
+    let data = format!("{json:#}\n");
+    let shown = arguments.scenario.or_else(|| compare::scenario::find("60-30-60").copied());
+    let traces = shown.map(|scenario| compare::traces(&scenario)).transpose()?.unwrap_or_default();
+    folder.write(&[
+        ("compare.json", data.as_str()),
+        ("compare.csv", &compare::csv(&report)?),
+        ("compare.md", &compare::markdown(&report)),
+        ("compare-traces.svg", &traces),
+        ("compare-switchings.svg", &compare::error_against_switchings(&report)?),
+    ])?;
     print(&if arguments.json { data } else { compare::text(&report) })?;
     Ok(())
 }

@@ -5,6 +5,7 @@ pub mod cli;
 pub mod compare;
 mod drawing;
 pub mod eval;
+pub mod identify;
 pub mod mechanics;
 pub mod methods;
 pub mod metrics;

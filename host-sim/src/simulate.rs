@@ -23,15 +23,18 @@ pub enum Program {
     Sequence(&'static Sequence),
     /// A step to these setpoints, held for [`HOLD_MS`], then vented.
     Setpoints(PerSegment<Pressure>),
+    /// A step to these bends, held for [`HOLD_MS`], then vented.
+    Bends(PerSegment<Bend>),
 }
 
 impl Program {
-    /// The sequence's name, or `setpoints`.
+    /// The sequence's name, `setpoints` or `bends`.
     #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
             Self::Sequence(sequence) => sequence.name,
             Self::Setpoints(_) => "setpoints",
+            Self::Bends(_) => "bends",
         }
     }
 
@@ -44,6 +47,10 @@ impl Program {
                 let [p, m, d] = setpoints.map(Pressure::to_f64);
                 format!("A step to {p}/{m}/{d} kPa, held for {} s", HOLD_MS / 1000)
             }
+            Self::Bends(bends) => {
+                let [p, m, d] = bends.map(Bend::to_f64);
+                format!("A step to {p}/{m}/{d} degrees, held for {} s", HOLD_MS / 1000)
+            }
         }
     }
 
@@ -52,7 +59,7 @@ impl Program {
     pub fn duration_ms(&self) -> u32 {
         match self {
             Self::Sequence(sequence) => sequence.duration().0,
-            Self::Setpoints(_) => HOLD_MS,
+            Self::Setpoints(_) | Self::Bends(_) => HOLD_MS,
         }
     }
 }
@@ -93,9 +100,10 @@ impl Run {
                 let command = match self.program {
                     Program::Sequence(sequence) => Command::Run(sequence),
                     Program::Setpoints(setpoints) => Command::Setpoints(setpoints),
+                    Program::Bends(bends) => Command::Bends(bends),
                 };
                 controller.command(command).map_err(rejected)?;
-            } else if time_ms == end && matches!(self.program, Program::Setpoints(_)) {
+            } else if time_ms == end && matches!(self.program, Program::Setpoints(_) | Program::Bends(_)) {
                 controller.command(Command::Vent).map_err(rejected)?;
             }
             let outputs = controller.step(&inputs);
@@ -154,6 +162,20 @@ mod tests {
         assert_eq!(summary.holds_not_reached, 0);
         assert!(summary.hold_mean_abs_error_kpa.is_some_and(|error| error < 2.0), "{summary:?}");
         assert!(summary.vented_residual_kpa < 5.0);
+    }
+
+    #[test]
+    fn bends_are_reached_and_the_sensor_that_fails_leaves_pressure() {
+        let mut run = Run::new(Program::Bends([45, 30, 60].map(Bend::from_deg)), 1);
+        let healthy = run.simulate(|_, _| {}).expect("taken");
+        run.scene = Scene::default().with_faults([InjectedFault::lasting(FaultKind::BendSensorOpen, 3000)]);
+        let failed = run.simulate(|_, _| {}).expect("taken");
+        for trace in [healthy, failed] {
+            let last = &trace.samples[(STANDBY_MS + HOLD_MS - 100) as usize];
+            for (bend, asked) in last.bends_deg.into_iter().zip([45.0, 30.0, 60.0]) {
+                assert!((bend - asked).abs() < 2.0, "{bend} where {asked} was asked for");
+            }
+        }
     }
 
     #[test]

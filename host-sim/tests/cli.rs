@@ -76,6 +76,10 @@ fn bad_arguments_name_the_value_and_the_limit() {
         (vec!["run", "--sequence", "polka"], vec!["polka", "reconfigure", "isolated-dip"]),
         (vec!["run", "--setpoints", "60,151,60"], vec!["151", "150 kPa"]),
         (vec!["run", "--setpoints", "60,60"], vec!["2 values"]),
+        (vec!["run", "--bends", "60,111,60"], vec!["111", "110 degrees"]),
+        (vec!["run", "--bends", "60,60,60", "--setpoints", "60,60,60"], vec!["--bends", "--setpoints"]),
+        (vec!["identify", "--finger", "0,4,0.3"], vec!["C1", "5..=40"]),
+        (vec!["identify", "--finger", "0,9,0.3", "--finger", "0,9,0.3"], vec!["2 times"]),
         (vec!["eval", "angle-from-pressure", "--calibration", "0,4,0.3"], vec!["C1", "5..=40"]),
         (
             vec!["eval", "angle-from-pressure", "--method", "guess"],
@@ -117,6 +121,19 @@ fn run_prints_the_figures_as_json_and_leaves_the_files_it_names() {
 }
 
 #[test]
+fn identify_prints_the_figures_as_json_and_leaves_its_files() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().to_str().expect("UTF-8");
+    let output = host_sim(&["identify", "--finger", "0,13.79,0.323", "--json", "--out", out], "");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON and nothing else");
+    assert!(json["segments"][2]["points"].as_u64().is_some_and(|points| points >= 10), "{json:#}");
+    for name in ["identify.svg", "identify.json"] {
+        assert!(folder.path().join(name).exists(), "{name}");
+    }
+}
+
+#[test]
 fn list_names_every_sequence() {
     let output = host_sim(&["list", "--json"], "");
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
@@ -154,4 +171,40 @@ fn campaign_prints_json_and_its_shards_are_joined_to_the_same() {
     let again = host_sim(&["campaign", "--seed", "5", "--replay", "3", "--out", &place("again")], "");
     assert!(again.status.success() && text(&again.stdout).starts_with("run 3: "), "{}", text(&again.stdout));
     assert!(std::path::Path::new(&place("again/run-3/report.html")).exists());
+}
+
+#[test]
+fn compare_prints_json_and_leaves_its_files() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().to_str().expect("UTF-8");
+    let output = host_sim(&["compare", "--scenario", "60-30-60", "--seeds", "1", "--json", "--out", out], "");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON and nothing else");
+    let rows = json["rows"].as_array().expect("rows");
+    let regulators: Vec<_> = rows.iter().map(|row| row["regulator"].as_str().expect("a name")).collect();
+    assert_eq!(regulators, ["bang-bang", "pwm-pid", "sliding-mode", "ours"]);
+    for row in rows {
+        assert!(row["scores"]["mean_absolute_error_kpa"].is_number(), "{row}");
+        assert!(row["steps"][0]["bound_ms"].as_f64().is_some_and(|bound| bound > 0.0), "{row}");
+    }
+    assert!(json["targets"].as_array().is_some_and(|targets| targets.iter().all(|target| target["met"].is_boolean())));
+    for name in ["compare.json", "compare.csv", "compare.md", "compare-traces.svg", "compare-switchings.svg"] {
+        assert!(folder.path().join(name).exists(), "{name}");
+    }
+    let table = text(&host_sim(&["compare", "--scenario", "60-30-60", "--seeds", "1", "--out", out], "").stdout);
+    assert!(table.contains("0/0/0 to 60/30/60") && table.contains("target of ours"), "{table}");
+}
+
+#[test]
+fn compare_names_a_scenario_that_is_not_there_and_seeds_out_of_range() {
+    for (arguments, named) in [
+        (vec!["compare", "--scenario", "polka"], vec!["polka", "multi-step", "cold-valves"]),
+        (vec!["compare", "--seeds", "0"], vec!["0", "1..=1000"]),
+        (vec!["compare", "--tune", "0"], vec!["0", "1..=100000"]),
+    ] {
+        let output = host_sim(&arguments, "");
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        let error = text(&output.stderr);
+        assert!(error.lines().count() == 1 && named.iter().all(|word| error.contains(word)), "{error}");
+    }
 }

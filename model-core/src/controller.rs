@@ -1,6 +1,8 @@
 //! The controller: commands and sensor readings in, actuation and telemetry out, once a tick.
 
 use crate::actuation::{Actuation, PerSegment, Segment};
+use crate::bend_loop::{self, BendLoop};
+use crate::identification::{self, Identification, Identified};
 use crate::inverse::pressure_from_bend;
 use crate::observer::{Observer, Pneumatics};
 use crate::regulator::Regulator;
@@ -111,6 +113,8 @@ pub enum Command {
     ZeroSensors,
     /// Uses these coefficients for this segment; only vented.
     Calibrate(Segment, Coefficients),
+    /// Uses the coefficients identified, of every segment that has some to offer; only vented.
+    AdoptIdentified,
     /// Clears a latched fault whose cause is gone.
     ClearFault,
 }
@@ -136,6 +140,8 @@ pub enum Rejection {
     ZeroOutOfLimits,
     /// The power-on self test runs; wait for its end.
     SelfTesting,
+    /// No segment has identified coefficients to offer: run the sequence `calibrate` first.
+    NothingIdentified,
 }
 
 /// What the controller is doing.
@@ -198,6 +204,8 @@ pub struct Controller {
     bend_zero: Bend,
     /// While it runs, and while its failure is latched.
     self_test: Option<SelfTest>,
+    bend_loop: BendLoop,
+    identification: Identification,
     /// Looks for the part that failed while a fault is latched: not yet, now, or done.
     diagnosis: Diagnosis,
     /// What the last tick was about and drove.
@@ -249,6 +257,8 @@ impl Controller {
             activity: Activity::Vented,
             commanded: Actuation::SAFE,
             setpoints: [Pressure::ZERO; 3],
+            bend_loop: BendLoop::new(),
+            identification: Identification::new(coefficients),
         }
     }
 
@@ -276,6 +286,18 @@ impl Controller {
     #[must_use]
     pub const fn bend_zero(&self) -> Bend {
         self.bend_zero
+    }
+
+    /// What has been identified of each segment since its coefficients were taken into use.
+    #[must_use]
+    pub fn identified(&self) -> PerSegment<Identified> {
+        self.identification.identified()
+    }
+
+    /// The trim of bends by the bend sensor.
+    #[must_use]
+    pub const fn bend_loop(&self) -> &BendLoop {
+        &self.bend_loop
     }
 
     /// Takes back zeros that were stored. One beyond its limit is no zero and is left at nothing.
@@ -308,14 +330,10 @@ impl Controller {
             Command::ZeroSensors => return self.zero_sensors(),
             Command::Calibrate(segment, coefficients) => {
                 self.require_vented()?;
-                let [proximal, middle, distal] = &mut self.coefficients;
-                *match segment {
-                    Segment::Proximal => proximal,
-                    Segment::Middle => middle,
-                    Segment::Distal => distal,
-                } = coefficients;
+                self.calibrate(segment, coefficients);
                 return Ok(());
             }
+            Command::AdoptIdentified => return self.adopt_identified(),
             Command::Pause => {
                 let Source::Sequence(player) = &self.reference else { return Err(Rejection::NotRunning) };
                 Source::Paused(player.clone(), self.last)
@@ -336,6 +354,28 @@ impl Controller {
         };
         self.reference = next;
         Ok(())
+    }
+
+    fn calibrate(&mut self, segment: Segment, coefficients: Coefficients) {
+        let [proximal, middle, distal] = &mut self.coefficients;
+        *match segment {
+            Segment::Proximal => proximal,
+            Segment::Middle => middle,
+            Segment::Distal => distal,
+        } = coefficients;
+        self.identification.restart(segment as usize, coefficients);
+    }
+
+    fn adopt_identified(&mut self) -> Result<(), Rejection> {
+        self.require_vented()?;
+        let mut taken = Err(Rejection::NothingIdentified);
+        for (segment, identified) in Segment::ALL.into_iter().zip(self.identified()) {
+            if identified.ready {
+                self.calibrate(segment, identified.coefficients);
+                taken = Ok(());
+            }
+        }
+        taken
     }
 
     fn manual(target: Target) -> Result<Source, Rejection> {
@@ -417,6 +457,7 @@ impl Controller {
         outputs.estimates = self.observer.chambers();
         outputs.manifold = inputs.manifold.map(|pressure| pressure - self.zero);
         outputs.bend = inputs.bend.map(|bend| bend - self.bend_zero);
+        self.follow_bend(&outputs);
         outputs
     }
 
@@ -446,6 +487,29 @@ impl Controller {
         }
         self.diagnosis = Diagnosis::Done;
         None
+    }
+
+    /// The outer loop on bend, and the identification in the ticks that it leaves.
+    fn follow_bend(&mut self, outputs: &Outputs) {
+        let failed = outputs.faults.contains(Fault::BendSensorFailed);
+        let bend = outputs.bend.valid().filter(|_| !failed);
+        let air_rests = self.observer.air_rests();
+        let estimates = outputs.estimates;
+        let bends = match &self.reference {
+            Source::Manual(Target::Bend(bends)) => Some(*bends),
+            Source::Sequence(_) | Source::Paused(..) => match self.last.target {
+                Target::Bend(bends) => Some(bends),
+                Target::Pressure(_) => None,
+            },
+            Source::Manual(Target::Pressure(_)) | Source::Vented => None,
+        };
+        let seen = bend_loop::Observation { bends, estimates, bend, air_rests };
+        let idle = self.bend_loop.step(&seen, &self.coefficients);
+        let setpoints = outputs.setpoints;
+        self.identification.observe(&identification::Observation { setpoints, estimates, bend, air_rests });
+        if idle {
+            self.identification.work(&self.coefficients);
+        }
     }
 
     /// The self test's tick, while there is one: a failure is latched as a fault, and whatever fault there is starts the
@@ -505,11 +569,11 @@ impl Controller {
             Source::Vented => {}
             Source::Manual(target) => {
                 (outputs.mode, outputs.holding) = (Mode::Holding, true);
-                outputs.setpoints = pressures(&self.coefficients, target);
+                outputs.setpoints = pressures(&self.coefficients, &self.bend_loop, target);
             }
             Source::Paused(_, last) => {
                 outputs.mode = Mode::Paused;
-                outputs.setpoints = pressures(&self.coefficients, &last.target);
+                outputs.setpoints = pressures(&self.coefficients, &self.bend_loop, &last.target);
                 (outputs.step, outputs.repeat) = (last.step, last.repeat);
             }
             Source::Sequence(player) => {
@@ -521,7 +585,7 @@ impl Controller {
                 }
                 outputs = Outputs {
                     mode: Mode::Running,
-                    setpoints: pressures(&self.coefficients, &reference.target),
+                    setpoints: pressures(&self.coefficients, &self.bend_loop, &reference.target),
                     step: reference.step,
                     repeat: reference.repeat,
                     holding: reference.holding,
@@ -534,10 +598,11 @@ impl Controller {
 }
 
 /// The gauge pressures that a target asks for.
-fn pressures(coefficients: &PerSegment<Coefficients>, target: &Target) -> PerSegment<Pressure> {
+fn pressures(coefficients: &PerSegment<Coefficients>, bend_loop: &BendLoop, target: &Target) -> PerSegment<Pressure> {
     match *target {
         Target::Pressure(setpoints) => setpoints,
-        Target::Bend([p, m, d]) => {
+        Target::Bend(bends) => {
+            let [p, m, d] = bend_loop.trimmed(bends);
             let [of_p, of_m, of_d] = coefficients;
             [(of_p, p), (of_m, m), (of_d, d)]
                 .map(|(own, bend)| pressure_from_bend(own, bend).clamp(Pressure::ZERO, PRESSURE_LIMIT))

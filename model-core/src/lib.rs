@@ -7,11 +7,13 @@
 #![forbid(unsafe_code)]
 
 pub mod actuation;
+pub mod bend_loop;
 pub mod calibration;
 pub mod controller;
 pub mod division;
 #[cfg(any(test, feature = "host"))]
 pub mod equations;
+pub mod identification;
 pub mod inverse;
 #[cfg(feature = "methods")]
 pub mod methods;

@@ -200,7 +200,8 @@ impl SelfTest {
                     (Some(segment), false) => {
                         self.suspect = Some(segment);
                         self.part = if self.part == 0 { 1 } else { 0 };
-                        self.enter(Phase::Closing, pressure);
+                        // The other chamber may hold air from its own test.
+                        self.enter(Phase::Resting, pressure);
                     }
                     (None, false) => return Verdict::Failed(Part::Dump),
                     (Some(_), true) => {

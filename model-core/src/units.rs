@@ -173,19 +173,23 @@ pub enum CoefficientError {
 }
 
 impl Coefficients {
+    /// The admitted ranges of c1, c2 and k, in 2^-24 kPa.
+    pub(crate) const RANGES: [[i32; 2]; 3] = [[5 << 24, 40 << 24], [0, 2 << 24], [0, 60 << 24]];
+
     /// Checks the admitted range.
     ///
     /// # Errors
     /// Names the first coefficient outside k 0..=60, c1 5..=40, c2 0..=2 kPa.
     pub const fn new(k: I8F24, c1: I8F24, c2: I8F24) -> Result<Self, CoefficientError> {
-        const fn within(value: I8F24, low: i32, high: i32) -> bool {
-            value.to_bits() >= low << 24 && value.to_bits() <= high << 24
+        const fn within(value: I8F24, [low, high]: [i32; 2]) -> bool {
+            value.to_bits() >= low && value.to_bits() <= high
         }
-        if !within(k, 0, 60) {
+        let [c1_range, c2_range, k_range] = Self::RANGES;
+        if !within(k, k_range) {
             Err(CoefficientError::K)
-        } else if !within(c1, 5, 40) {
+        } else if !within(c1, c1_range) {
             Err(CoefficientError::C1)
-        } else if !within(c2, 0, 2) {
+        } else if !within(c2, c2_range) {
             Err(CoefficientError::C2)
         } else {
             Ok(Self { k, c1, c2 })

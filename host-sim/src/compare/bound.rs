@@ -9,14 +9,19 @@
 //!    cooperative, and pump and valve only add to its right-hand sides: by Kamke's comparison, pump and valve on from the
 //!    first moment, up to the manifold's ceiling, give the most N and n at every later moment. The chamber that is
 //!    filled alone and as fast as possible is the one that has had the least time to bend, so it needs the least air.
-//! 2. *Several chambers.* Each alone is a bound. So is their sum: an orifice's flow is concave in the pressure it flows to, so k
+//! 2. *Several alike* (the same reference, from pressures within 2 kPa): all at once in equal shares. An orifice's flow is concave in
+//!    the pressure it flows to, so of all ways to share the air this passes the most; then the sum of the chambers is a chamber
+//!    as in 1. What unequal shares could gain by bending later is of second order; the tests search for it and find nothing.
+//! 3. *Several unlike.* Each alone is a bound. So is their sum: an orifice's flow is concave in the pressure it flows to, so k
 //!    valves pass no more than k times the flow to the chambers' mean pressure, and that mean is no lower than the same air
 //!    in chambers at their largest. With S for the air in the moving chambers, (N, S) is cooperative again; the step is not
 //!    done before S is what the chambers need, each as in 1.
-//! 3. *Falling* is the same with the dump valve for the pump and every inequality turned round; leaks help.
-//! 4. *Some rise and some fall.* Then air may pass from one to the other, and only the valves bound it: each rising
+//! 4. *Falling* is the same with the dump valve for the pump and every inequality turned round; leaks help.
+//! 5. *Some rise and some fall.* Then air may pass from one to the other, and only the valves bound it: each rising
 //!    chamber through its valve from a manifold at the ceiling, each falling one through its valve to the atmosphere.
 //!    Such bounds are loose and listed apart.
+//!
+//! On the way each chamber's error is at its least at every moment, so its sum over time bounds the mean absolute error too.
 //!
 //! What is assumed: chambers whose reference rests give and take no air, and the manifold keeps to the ceiling that all
 //! regulators have.
@@ -73,19 +78,57 @@ pub struct Physics {
 #[derive(Clone, Copy, Debug)]
 struct Chamber {
     index: usize,
+    /// Gauge pressure at the start, kPa.
+    start_kpa: f64,
     content_nl: f64,
     bend_rad: f64,
     /// Time until its valve can be open, ms.
     delay_ms: f64,
     /// The edge of the band that it reaches first, gauge, kPa.
     goal_kpa: f64,
+    /// Its leak.
+    leak: Option<Orifice>,
+}
+
+/// The least that a step takes.
+#[derive(Clone, Copy, Debug)]
+pub struct Bound {
+    /// Which way the references go.
+    pub kind: Kind,
+    /// Time until all chambers that move can be within the band, ms.
+    pub time_ms: f64,
+    /// Their errors until then, each at its least, summed over time and chambers, kPa ms.
+    pub error_kpa_ms: f64,
 }
 
 /// What one chamber alone takes.
 struct Alone {
     time_ms: f64,
+    /// Its error on the way, summed over time, kPa ms.
+    error_kpa_ms: f64,
     /// Air in it then, NL.
     content_nl: f64,
+}
+
+fn slowest_and_sum(all: &[Alone]) -> (f64, f64) {
+    all.iter().fold((0.0, 0.0), |(slowest, sum), one| (one.time_ms.max(slowest), sum + one.error_kpa_ms))
+}
+
+/// The chamber that stands for all, when they are alike: their mean.
+fn alike(chambers: &[Chamber]) -> Option<Chamber> {
+    let first = chambers.first()?;
+    let near = |other: &Chamber| {
+        (other.goal_kpa - first.goal_kpa).abs() <= 0.0 && (other.start_kpa - first.start_kpa).abs() <= BAND_KPA
+    };
+    let mean = |of: fn(&Chamber) -> f64| chambers.iter().map(of).sum::<f64>() / chambers.len() as f64;
+    chambers.iter().all(near).then(|| Chamber {
+        content_nl: mean(|chamber| chamber.content_nl),
+        bend_rad: mean(|chamber| chamber.bend_rad),
+        delay_ms: chambers.iter().map(|chamber| chamber.delay_ms).fold(f64::INFINITY, f64::min),
+        // If one leaks, all do: that helps no less.
+        leak: chambers.iter().find_map(|chamber| chamber.leak),
+        ..*first
+    })
 }
 
 /// Static bend at a gauge pressure, by halving.
@@ -162,32 +205,33 @@ impl Physics {
         speed * pump.free_flow_nl_per_min / 60.0 * share.max(0.0)
     }
 
-    /// The moving chambers' least time in ms to come within the band, and which way they go.
-    ///
-    /// `from_kpa` are the references before the step.
+    /// The least that a step takes; `from_kpa` are the references before it.
     #[must_use]
-    pub fn bound(&self, start: &StepStart, from_kpa: [f64; 3], to_kpa: [f64; 3]) -> (Kind, f64) {
+    pub fn bound(&self, start: &StepStart, from_kpa: [f64; 3], to_kpa: [f64; 3]) -> Bound {
         let change: [f64; 3] = core::array::from_fn(|i| to_kpa[i] - from_kpa[i]);
         let chamber = |index: usize, goal_kpa: f64| Chamber {
             index,
+            start_kpa: start.truth.chambers_kpa[index],
             content_nl: self.content_nl(start.truth.chambers_kpa[index], start.truth.bends_deg[index].to_radians()),
             bend_rad: start.truth.bends_deg[index].to_radians(),
             delay_ms: self.valve_delay_ms(start, index),
             goal_kpa,
+            leak: self.leaks[index],
         };
         let towards = |sign: f64| -> Vec<Chamber> {
             (0..3).filter(|&i| sign * change[i] > 0.0).map(|i| chamber(i, to_kpa[i] - sign * BAND_KPA)).collect()
         };
         let (rising, falling) = (towards(1.0), towards(-1.0));
-        match (rising.is_empty(), falling.is_empty()) {
+        let (kind, (time_ms, error_kpa_ms)) = match (rising.is_empty(), falling.is_empty()) {
             (false, false) => {
-                let up = rising.iter().map(|chamber| self.through_valve_ms(chamber, true));
-                let down = falling.iter().map(|chamber| self.through_valve_ms(chamber, false));
-                (Kind::Mixed, up.chain(down).fold(0.0, f64::max))
+                let up = rising.iter().map(|chamber| self.through_valve(chamber, true));
+                let down = falling.iter().map(|chamber| self.through_valve(chamber, false));
+                (Kind::Mixed, slowest_and_sum(&up.chain(down).collect::<Vec<_>>()))
             }
-            (false, true) => (Kind::Rise, self.together_ms(start, &rising, true)),
-            (true, _) => (Kind::Fall, self.together_ms(start, &falling, false)),
-        }
+            (false, true) => (Kind::Rise, self.together(start, &rising, true)),
+            (true, _) => (Kind::Fall, self.together(start, &falling, false)),
+        };
+        Bound { kind, time_ms, error_kpa_ms }
     }
 
     /// The last commands on their way at the start, as many as the dead time is long.
@@ -219,13 +263,15 @@ impl Physics {
         if acts { 0.0 } else { f64::from(dead_ms) }
     }
 
-    /// Points 1 to 3 of the module's page.
-    fn together_ms(&self, start: &StepStart, chambers: &[Chamber], rise: bool) -> f64 {
-        let alone: Vec<Alone> = chambers.iter().map(|&chamber| self.alone(start, chamber, rise)).collect();
-        let longest_ms = alone.iter().fold(0.0, |longest, one| one.time_ms.max(longest));
-        if chambers.len() < 2 {
-            return longest_ms;
+    /// Points 1 to 4 of the module's page.
+    fn together(&self, start: &StepStart, chambers: &[Chamber], rise: bool) -> (f64, f64) {
+        if let Some(each) = alike(chambers) {
+            let count = chambers.len() as f64;
+            let one = self.alone(start, each, count, rise);
+            return (one.time_ms, count * one.error_kpa_ms);
         }
+        let alone: Vec<Alone> = chambers.iter().map(|&chamber| self.alone(start, chamber, 1.0, rise)).collect();
+        let (longest_ms, error_kpa_ms) = slowest_and_sum(&alone);
         let sign = if rise { 1.0 } else { -1.0 };
         let needed_nl: f64 = alone.iter().map(|one| one.content_nl).sum();
         // Rising, the largest volumes make the lowest mean pressure and the most flow; falling, the smallest the highest.
@@ -239,7 +285,7 @@ impl Physics {
             .sum();
         let leaks = |mean_kpa: f64| -> f64 {
             let through = |chamber: &Chamber| {
-                self.leaks[chamber.index].map_or(0.0, |leak| leak.flow_nl_per_s(mean_kpa, self.atmosphere_kpa()))
+                chamber.leak.map_or(0.0, |leak| leak.flow_nl_per_s(mean_kpa, self.atmosphere_kpa()))
             };
             if rise { 0.0 } else { chambers.iter().map(through).sum() }
         };
@@ -255,7 +301,7 @@ impl Physics {
             source.step(self, into_nl);
             time_ms += STEP_MS;
         }
-        longest_ms.max(time_ms)
+        (longest_ms.max(time_ms), error_kpa_ms)
     }
 
     /// Flow through one segment valve in the wanted direction, NL/s, never negative: the oracle shuts the valve instead.
@@ -264,37 +310,38 @@ impl Physics {
         if rise { flow.max(0.0) } else { (-flow).max(0.0) }
     }
 
-    /// Point 1 of the module's page, or its mirror image.
-    fn alone(&self, start: &StepStart, chamber: Chamber, rise: bool) -> Alone {
+    /// Points 1 and 2 of the module's page, or their mirror image: one of so many chambers that are alike.
+    fn alone(&self, start: &StepStart, chamber: Chamber, alike: f64, rise: bool) -> Alone {
         let mut source = Source::new(self, start, rise);
         self.fill(chamber, rise, |chamber_kpa, into_nl| {
             let manifold_kpa = source.manifold_kpa(self);
             let flow = self.one_way(manifold_kpa, chamber_kpa, rise);
-            source.step(self, into_nl(flow));
+            source.step(self, alike * into_nl(flow));
         })
     }
 
-    /// Point 4: through its valve from a manifold at the ceiling, or to one at the atmosphere.
-    fn through_valve_ms(&self, chamber: &Chamber, rise: bool) -> f64 {
+    /// Point 5: through its valve from a manifold at the ceiling, or to one at the atmosphere.
+    fn through_valve(&self, chamber: &Chamber, rise: bool) -> Alone {
         let ceiling_kpa = MANIFOLD_CEILING.to_f64() + self.atmosphere_kpa();
         let manifold_kpa = if rise { ceiling_kpa } else { self.atmosphere_kpa() };
         let fill = |chamber_kpa: f64, into_nl: &mut dyn FnMut(f64) -> f64| {
             into_nl(self.one_way(manifold_kpa, chamber_kpa, rise));
         };
-        self.fill(*chamber, rise, fill).time_ms
+        self.fill(*chamber, rise, fill)
     }
 
     /// Follows a chamber until it has reached its goal. `supply` hears the chamber's absolute pressure and says, through the
     /// function it is given, what the open valve would pass (NL/s); it hears what has passed (NL, signed).
     fn fill(&self, mut chamber: Chamber, rise: bool, mut supply: impl FnMut(f64, &mut dyn FnMut(f64) -> f64)) -> Alone {
         let sign = if rise { 1.0 } else { -1.0 };
-        let mut time_ms = 0.0;
+        let (mut time_ms, mut error_kpa_ms) = (0.0, 0.0);
         while time_ms < LONGEST_MS {
             let chamber_kpa = chamber.content_nl * REFERENCE_KPA / self.volume_l(chamber.bend_rad);
             let gauge_kpa = chamber_kpa - self.atmosphere_kpa();
             if sign * (chamber.goal_kpa - gauge_kpa) <= 0.0 {
                 break;
             }
+            error_kpa_ms += STEP_MS * (sign * (chamber.goal_kpa - gauge_kpa) + BAND_KPA);
             let open = time_ms >= chamber.delay_ms;
             let mut passed_nl = 0.0;
             supply(chamber_kpa, &mut |flow| {
@@ -302,13 +349,13 @@ impl Physics {
                 passed_nl
             });
             chamber.content_nl += passed_nl;
-            if let (Some(leak), false) = (self.leaks[chamber.index], rise) {
+            if let (Some(leak), false) = (chamber.leak, rise) {
                 chamber.content_nl -= 1e-3 * STEP_MS * leak.flow_nl_per_s(chamber_kpa, self.atmosphere_kpa());
             }
             chamber.bend_rad += (self.static_bend_rad(chamber.index, gauge_kpa) - chamber.bend_rad) * self.lag_share;
             time_ms += STEP_MS;
         }
-        Alone { time_ms, content_nl: chamber.content_nl }
+        Alone { time_ms, error_kpa_ms, content_nl: chamber.content_nl }
     }
 }
 

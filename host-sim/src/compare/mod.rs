@@ -2,13 +2,16 @@
 
 pub mod bound;
 pub mod contender;
+mod picture;
 pub mod scenario;
 pub mod score;
 mod table;
+pub mod target;
 pub mod trial;
 pub mod tune;
 
-pub use table::text;
+pub use picture::{error_against_switchings, traces};
+pub use table::{csv, markdown, text};
 
 use anyhow::Result;
 use bound::Physics;
@@ -40,6 +43,12 @@ pub struct Report {
 }
 
 impl Report {
+    /// What ours is aimed at, and where it is.
+    #[must_use]
+    pub fn targets(&self) -> Vec<target::Target> {
+        target::targets(self)
+    }
+
     /// The row of a scenario and a regulator.
     #[must_use]
     pub fn row(&self, scenario: &str, regulator: contender::Kind) -> Option<&Row> {
@@ -69,3 +78,6 @@ pub fn measure(scenarios: &[Scenario], seeds: u64, progress: impl Fn() + Sync) -
         .collect();
     Ok(Report { seeds, rows: rows? })
 }
+
+#[cfg(test)]
+mod tests;

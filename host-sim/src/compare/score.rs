@@ -26,6 +26,8 @@ pub struct StepScore {
     pub settling_ms: Option<f64>,
     /// The least time for anybody, from the same true state.
     pub bound_ms: f64,
+    /// The least that the errors of its chambers, summed, can sum up to over that time, kPa ms.
+    pub bound_error_kpa_ms: f64,
 }
 
 impl StepScore {
@@ -41,6 +43,8 @@ impl StepScore {
 pub struct Scores {
     /// Mean absolute error of the true pressures against the references, all chambers, all the scored time, kPa.
     pub mean_absolute_error_kpa: f64,
+    /// What physics allows at the least: the steps' bounds, and no error anywhere else, kPa.
+    pub least_error_kpa: f64,
     /// The same where a reference above 0 rests for a second or more, from the first moment within 2 kPa on; none when no
     /// reference rests.
     pub hold_error_kpa: Option<f64>,
@@ -172,6 +176,8 @@ pub fn score(trials: &[(u64, Trial)], physics: &Physics, scored_from_ms: usize) 
         scores.relay_switchings_per_min = f64::from(relay) / minutes;
         scores.pump_duty = f64::from(pumping) / total_ms as f64;
     }
+    let scored = steps.iter().filter(|step| step.at_ms >= scored_from_ms);
+    scores.least_error_kpa = scored.map(|step| step.bound_error_kpa_ms).sum::<f64>() / f64::from(tracking.count.max(1));
     scores.mean_absolute_error_kpa = tracking.get().unwrap_or(0.0);
     scores.hold_error_kpa = hold.get();
     scores.estimate_error_kpa = estimate.get().unwrap_or(0.0);
@@ -253,9 +259,19 @@ fn steps_of(seed: u64, trial: &Trial, physics: &Physics) -> Vec<StepScore> {
         let moved = |chamber: usize| (to_kpa[chamber] - from_kpa[chamber]).abs() > 0.0;
         let outside = |moment: &Moment| (0..3).any(|i| moved(i) && error_kpa(moment, i).abs() > BAND_KPA);
         let settled = moments[start.at..end].iter().rposition(outside).map_or(0, |last| last + 1);
-        let (kind, bound_ms) = physics.bound(start, from_kpa, to_kpa);
+        let bound = physics.bound(start, from_kpa, to_kpa);
         let settling_ms = (start.at + settled < end).then_some(settled as f64);
-        StepScore { seed, at_ms: start.at, from_kpa, to_kpa, kind, settling_ms, bound_ms }
+        StepScore {
+            seed,
+            at_ms: start.at,
+            from_kpa,
+            to_kpa,
+            kind: bound.kind,
+            settling_ms,
+            bound_ms: bound.time_ms,
+            // No step is longer than until the next.
+            bound_error_kpa_ms: if bound.time_ms <= (end - start.at) as f64 { bound.error_kpa_ms } else { 0.0 },
+        }
     };
     trial.steps.iter().enumerate().map(step).collect()
 }

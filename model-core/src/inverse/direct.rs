@@ -245,3 +245,17 @@ impl Model {
         angle_at(segment, scaled.last_step(excess, y) >> s)
     }
 }
+
+/// A/8, B/128 and α/2 in Q28 at an angle in 2⁻²⁴ degree, at most 130 degrees.
+pub(super) fn regressors(angle: u32) -> [i32; 3] {
+    /// Degrees to half a radian: from 2⁻²⁴ degree, over 2³², to Q28.
+    const HALF_RADIANS: u64 = (core::f64::consts::PI / 180.0 * (1u64 << 35) as f64 + 0.5) as u64;
+    let (index, width_bits) = segment_of(angle);
+    let segment = &TABLE[index % ENTRIES];
+    let y = 0i32.wrapping_sub(((angle << (32 - width_bits)) >> 1) as i32);
+    let q = MOST_FRACTION_BITS.wrapping_sub(u32::from(segment.fewer_bits));
+    let a = (i64::from(value_at(&segment.a, y)) << 18) >> (q & 31);
+    let b = (i64::from(value_at(&segment.b, y)) << 19) >> (q & 31);
+    let alpha = (u64::from(angle) * HALF_RADIANS) >> 32;
+    [a as i32, b as i32, alpha as i32]
+}

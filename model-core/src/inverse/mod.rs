@@ -89,6 +89,17 @@ pub fn pressure_from_bend(coefficients: &Coefficients, bend: Bend) -> Pressure {
     Pressure::from_bits(i32::try_from(rounded).unwrap_or(i32::MAX))
 }
 
+/// What the model multiplies its coefficients with at `bend`, 0..=130 degrees: A/8, B/128 and α/2, each in 2⁻²⁸.
+///
+/// So scaled all three are about one at 113 degrees. Below 0 and above 130 degrees they are those of the end.
+#[must_use]
+pub(crate) fn regressors(bend: Bend) -> [i32; 3] {
+    const END: i32 = 130 << 16;
+    // Not `clamp`: see the observer.
+    let bits = bend.to_bits().max(0).min(END);
+    direct::regressors((bits as u32) << 8)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -239,6 +250,20 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn regressors_are_the_functions_scaled() {
+        for bits in (0..=130 << 16).step_by(9973) {
+            let [alpha, a, b] = crate::calibration::basis(f64::from(bits) * LSB);
+            let exact = [a / 8.0, b / 128.0, alpha / 2.0];
+            for (found, exact) in regressors(Bend::from_bits(bits)).into_iter().zip(exact) {
+                let found = f64::from(found) / f64::from(1 << 28);
+                assert!((found - exact).abs() < 2e-6 * exact + 1e-8, "{bits}: {found} {exact}");
+            }
+        }
+        assert_eq!(regressors(Bend::MIN), [0; 3]);
+        assert_eq!(regressors(Bend::MAX), regressors(Bend::from_deg(130)));
     }
 
     #[test]

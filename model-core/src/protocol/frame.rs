@@ -160,6 +160,8 @@ mod tests {
             LinkCommand::ClearFault,
             LinkCommand::Beat,
             LinkCommand::Bends([45 << 16, 30 << 16, 15 << 16]),
+            LinkCommand::Identification,
+            LinkCommand::AdoptIdentified,
         ]
     }
 
@@ -276,6 +278,19 @@ mod tests {
             frame.push(0);
             assert_eq!(decoded(&mut Decoder::new(), &frame), [Err(error)]);
         }
+    }
+
+    #[test]
+    fn the_widest_identification_fits() {
+        let widest = IdentifiedSegment {
+            coefficients: [i32::MIN; 3],
+            residual_pressure: i32::MIN,
+            residual_bend: i32::MIN,
+            points: u16::MAX,
+            ready: true,
+        };
+        let widest = Report::Identification { id: u16::MAX, segments: [widest; 3] };
+        assert!(encode(&widest, &mut [0; MAX_FRAME]).is_some());
     }
 
     #[test]

@@ -16,6 +16,8 @@ pub enum Effect {
     SettingsChanged,
     /// Answer with [`Identity`](super::message::Identity).
     IdentityAsked,
+    /// Answer with [`Report::Identification`](super::message::Report::Identification).
+    IdentificationAsked,
 }
 
 /// Gives what a host asks for to the controller.
@@ -25,6 +27,8 @@ pub enum Effect {
 pub fn handle(controller: &mut Controller, command: &LinkCommand) -> Result<Effect, Reason> {
     let command = match command {
         LinkCommand::Identify => return Ok(Effect::IdentityAsked),
+        LinkCommand::Identification => return Ok(Effect::IdentificationAsked),
+        LinkCommand::AdoptIdentified => Command::AdoptIdentified,
         LinkCommand::Beat => return Ok(Effect::Nothing),
         LinkCommand::Run(name) => Command::Run(library::find(name).ok_or(Reason::UnknownSequence)?),
         LinkCommand::Pause => Command::Pause,
@@ -39,7 +43,7 @@ pub fn handle(controller: &mut Controller, command: &LinkCommand) -> Result<Effe
         }
         LinkCommand::ClearFault => Command::ClearFault,
     };
-    let changes_settings = matches!(command, Command::ZeroSensors | Command::Calibrate(..));
+    let changes_settings = matches!(command, Command::ZeroSensors | Command::Calibrate(..) | Command::AdoptIdentified);
     controller.command(command)?;
     Ok(if changes_settings { Effect::SettingsChanged } else { Effect::Nothing })
 }
@@ -61,6 +65,8 @@ mod tests {
         let [k, c1, c2] = [coefficients.k(), coefficients.c1(), coefficients.c2()].map(I8F24::to_bits);
         for (command, expected) in [
             (LinkCommand::Identify, Ok(Effect::IdentityAsked)),
+            (LinkCommand::Identification, Ok(Effect::IdentificationAsked)),
+            (LinkCommand::AdoptIdentified, Err(Reason::NothingIdentified)),
             (LinkCommand::Beat, Ok(Effect::Nothing)),
             (unknown, Err(Reason::UnknownSequence)),
             (LinkCommand::ZeroSensors, Ok(Effect::SettingsChanged)),

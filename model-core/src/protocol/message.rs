@@ -4,6 +4,8 @@
 
 use crate::actuation::{Actuation, Passage, Segment};
 use crate::controller::{Fault, Mode, Rejection};
+use crate::identification::Identified;
+use fixed::types::I8F24;
 use serde::{Deserialize, Serialize};
 
 /// A sequence's name, at most 24 bytes.
@@ -52,6 +54,10 @@ pub enum LinkCommand {
     Beat,
     /// Goes to these bends of the segments at once (2^-16 degree, 0..=110 degrees) and holds them.
     Bends([i32; 3]),
+    /// Asks for what has been identified; answered with [`Report::Identification`].
+    Identification,
+    /// Uses the identified coefficients from now on.
+    AdoptIdentified,
 }
 
 /// Device to host.
@@ -73,6 +79,41 @@ pub enum Report {
     },
     /// Answer to [`LinkCommand::Identify`].
     Identity(Identity),
+    /// Answer to [`LinkCommand::Identification`].
+    Identification {
+        /// The request's.
+        id: u16,
+        /// Proximal, middle, distal.
+        segments: [IdentifiedSegment; 3],
+    },
+}
+
+/// What has been identified of a segment since its coefficients were taken into use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct IdentifiedSegment {
+    /// k, c1, c2, 2^-24 kPa.
+    pub coefficients: [i32; 3],
+    /// Root mean square of the residual as pressure, 2^-16 kPa.
+    pub residual_pressure: i32,
+    /// The same as bend, 2^-16 degree.
+    pub residual_bend: i32,
+    /// Points taken.
+    pub points: u16,
+    /// They reach far enough and fit well enough to be adopted.
+    pub ready: bool,
+}
+
+impl From<Identified> for IdentifiedSegment {
+    fn from(identified: Identified) -> Self {
+        let coefficients = identified.coefficients;
+        Self {
+            coefficients: [coefficients.k(), coefficients.c1(), coefficients.c2()].map(I8F24::to_bits),
+            residual_pressure: identified.residual_pressure.to_bits(),
+            residual_bend: identified.residual_bend.to_bits(),
+            points: identified.points,
+            ready: identified.ready,
+        }
+    }
 }
 
 /// Who the device is.
@@ -142,6 +183,8 @@ pub enum Reason {
     StorageFailed,
     /// The power-on self test runs; wait for its end.
     SelfTesting,
+    /// No segment has identified coefficients to offer.
+    NothingIdentified,
 }
 
 impl From<Rejection> for Reason {
@@ -156,6 +199,7 @@ impl From<Rejection> for Reason {
             Rejection::NotVented => Self::NotVented,
             Rejection::ZeroOutOfLimits => Self::ZeroOutOfLimits,
             Rejection::SelfTesting => Self::SelfTesting,
+            Rejection::NothingIdentified => Self::NothingIdentified,
         }
     }
 }

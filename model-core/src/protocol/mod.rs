@@ -12,8 +12,8 @@ pub mod message;
 pub use frame::{Decoder, FrameError, MAX_FRAME, checksum, encode};
 pub use handler::{Effect, handle};
 pub use message::{
-    Identity, LinkCommand, LinkMode, Reason, Report, Request, ResetCause, SequenceName, Telemetry, actuation_of,
-    outputs_of,
+    IdentifiedSegment, Identity, LinkCommand, LinkMode, Reason, Report, Request, ResetCause, SequenceName, Telemetry,
+    actuation_of, outputs_of,
 };
 
 /// Version of frames and messages; a frame of another version is dropped.

@@ -80,8 +80,35 @@ static ISOLATED_PIP: Sequence =
 static ISOLATED_DIP: Sequence =
     Sequence::new("isolated-dip", "The distal joint alone to 60 degrees, five times", &isolated([0, 0, 60]), 5);
 
+/// One segment alone up to 150 kPa by 30, long enough at each for the identification's points, and back to empty.
+const fn alone(kpa: [i16; 3]) -> [Step; 6] {
+    const fn part([p, m, d]: [i16; 3], of_5: i16) -> Step {
+        Step::kpa([p / 5 * of_5, m / 5 * of_5, d / 5 * of_5])
+    }
+    [
+        part(kpa, 1).hold_ms(3000),
+        part(kpa, 2).hold_ms(3000),
+        part(kpa, 3).hold_ms(3000),
+        part(kpa, 4).hold_ms(3000),
+        part(kpa, 5).hold_ms(3000),
+        Step::kpa([0; 3]).ramp_ms(1500).hold_ms(2500),
+    ]
+}
+
+const CALIBRATE_STEPS: [Step; 18] = {
+    let [p, m, d] = [alone([150, 0, 0]), alone([0, 150, 0]), alone([0, 0, 150])];
+    [p[0], p[1], p[2], p[3], p[4], p[5], m[0], m[1], m[2], m[3], m[4], m[5], d[0], d[1], d[2], d[3], d[4], d[5]]
+};
+
+static CALIBRATE: Sequence = Sequence::new(
+    "calibrate",
+    "Each segment alone to 150 kPa by 30: for its coefficients to be identified",
+    &CALIBRATE_STEPS,
+    1,
+);
+
 /// All built-in sequences.
-pub static ALL: [&Sequence; 14] = [
+pub static ALL: [&Sequence; 15] = [
     &RECONFIGURE,
     &STAIRCASE,
     &PROXIMAL,
@@ -96,6 +123,7 @@ pub static ALL: [&Sequence; 14] = [
     &ISOLATED_MCP,
     &ISOLATED_PIP,
     &ISOLATED_DIP,
+    &CALIBRATE,
 ];
 
 /// The built-in sequence of this name.

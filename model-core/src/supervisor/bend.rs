@@ -12,7 +12,7 @@ const ROUND: u8 = 4;
 /// The finger follows its pressures with a lag of 80 ms: its share in a round, over 256.
 const LAG_SHARE: i64 = 12;
 /// At rest the sum of the bends may be off by this: zero, noise, how the finger lies.
-const BOUND: Bend = Bend::from_deg(10);
+const BOUND: Bend = Bend::from_deg(12);
 /// And by a sixteenth of itself: calibration, gain.
 const BOUND_SHIFT: u32 = 4;
 /// And by what 1.5 kPa in a chamber make: bend grows with the root of the pressure, so most near zero. Below each pressure.

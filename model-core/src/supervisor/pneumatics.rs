@@ -39,15 +39,17 @@ const BURST: Pressure = Pressure::from_kpa(10);
 /// The same, with a little forgiven each time ...
 const SLOW: Pressure = Pressure::from_kpa(5);
 /// ... which a chamber that settles after a flow, or is disturbed by a neighbour, loses too.
-const FORGIVEN: Pressure = Pressure::from_milli_kpa(80);
+const FORGIVEN: Pressure = Pressure::from_milli_kpa(12);
+/// Less than this is the estimate's noise.
+const STEP: Pressure = Pressure::from_milli_kpa(300);
 /// No single loss counts for more: the first look after a flow may find that the estimate was 13 kPa too high.
-const AT_ONCE: Pressure = Pressure::from_milli_kpa(2000);
+const AT_ONCE: Pressure = Pressure::from_milli_kpa(700);
 /// But so much is no error of an estimate.
 const GONE: Pressure = Pressure::from_kpa(25);
 /// Ticks between two samples of the chambers' estimates.
-const SAMPLE: u16 = 256;
+const SAMPLE: u16 = 32;
 /// Setpoints must have rested for so long: bends settle after the pressure does, and the chamber grows with them.
-const SETTLED: u16 = 1500;
+const SETTLED: u16 = 1000;
 /// A chamber so far below its setpoint ...
 const SHORT_OF: Pressure = Pressure::from_kpa(10);
 /// ... for so long after its setpoint moved last is not filled: three chambers to 150 kPa take 6.5 s on the slowest plant.
@@ -276,8 +278,10 @@ impl Pneumatics {
         for ((&chamber, &setpoint), ((before, lost), dumped)) in chambers.zip(memory) {
             // What lies above the setpoint is let out on purpose.
             let kept = chamber.min(setpoint);
-            let gone = (*before - kept).max(Pressure::ZERO);
-            *before = kept;
+            let step = *before - kept;
+            let gone = if step > STEP { step } else { Pressure::ZERO };
+            // Top-ups in between do not hide what was lost: it counts from the highest since the last loss.
+            *before = if step > STEP { kept } else { kept.max(*before) };
             if setpoint == Pressure::ZERO {
                 continue;
             }

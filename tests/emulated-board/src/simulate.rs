@@ -9,6 +9,9 @@ use model_core::controller::{Fault, Mode};
 use model_core::protocol::{LinkCommand, Report, SequenceName, Telemetry};
 use model_core::units::{Bend, Pressure};
 
+/// Time between two signs of life, ms: the device vents after a second without one.
+const BEAT_MS: u32 = 500;
+
 /// Simulates standby, program and venting.
 ///
 /// Pins and plant are sampled every millisecond; mode, setpoints and estimates are what the telemetry says, a hundred
@@ -31,6 +34,10 @@ pub fn on_elf(run: &Run, progress: &mut dyn FnMut(u32, u32)) -> Result<Trace> {
             });
         } else if time_ms == end && matches!(run.program, Program::Setpoints(_)) {
             bench.request(LinkCommand::Vent);
+        }
+        if time_ms % BEAT_MS == 0 {
+            // A host that drives by hand has to be heard.
+            bench.request(LinkCommand::Beat);
         }
         bench.run_ms(1)?;
         if let Some(Report::Nack { reason, .. }) = bench.answers.last() {

@@ -26,8 +26,15 @@ fn frames() {
     check!().with_iterations(200_000).for_each(|stream: &[u8]| {
         let mut decoder = Decoder::new();
         assert_eq!(decoded(&mut decoder, stream), read(stream));
+        // The zero may yet end a good frame.
+        let all = read(&[stream, &[0]].concat());
+        let ended = decoded(&mut decoder, &[0]);
+        assert_eq!(
+            (ended.requests.len(), decoder.dropped()),
+            (all.requests.len() - read(stream).requests.len(), all.dropped)
+        );
         let follower = Request { id: 1, command: LinkCommand::Vent };
-        let after = decoded(&mut decoder, &[&[0], encoded(&follower).as_slice()].concat());
+        let after = decoded(&mut decoder, &encoded(&follower));
         assert_eq!(after.requests, [follower]);
     });
 }

@@ -2,6 +2,7 @@
 //! reach every mode.
 
 use crate::reference::framed;
+use model_core::actuation::Segment;
 use model_core::protocol::{LinkCommand, MAX_FRAME, Request, SequenceName, encode};
 
 /// A seed's file name and bytes.
@@ -20,10 +21,14 @@ pub fn commands() -> Vec<(&'static str, LinkCommand)> {
         ("setpoints", LinkCommand::Setpoints([60 << 16, 30 << 16, 60 << 16])),
         ("setpoints-widest", LinkCommand::Setpoints([i32::MIN; 3])),
         ("zero-sensors", LinkCommand::ZeroSensors),
-        ("calibrate", LinkCommand::Calibrate { k: 0, c1: 232_121_178, c2: 5_630_601 }),
+        ("calibrate", LinkCommand::Calibrate { segment: Segment::Middle, k: 0, c1: 232_121_178, c2: 5_630_601 }),
         ("identify", LinkCommand::Identify),
         ("clear-fault", LinkCommand::ClearFault),
         ("beat", LinkCommand::Beat),
+        ("bends", LinkCommand::Bends([45 << 16, 30 << 16, 15 << 16])),
+        ("bends-widest", LinkCommand::Bends([i32::MIN; 3])),
+        ("identification", LinkCommand::Identification),
+        ("adopt-identified", LinkCommand::AdoptIdentified),
     ]
 }
 
@@ -93,6 +98,12 @@ pub fn sessions() -> Vec<Seed> {
     add("self-test-refuses", 1, &[wait(200), run(7), setpoints([30, 30, 30]), vec![6], vec![5], wait(1)]);
     add("setpoints", 0, &[long(50), setpoints([60, 30, 60]), WAIT_5_S.to_vec(), vec![3], long(100)]);
     add("setpoints-out-of-limits", 0, &[long(50), setpoints([151, 0, 0]), setpoints([0, -1, 0]), wait(9)]);
+    let bends = |deg: [i16; 3]| [vec![16], deg.map(number).concat()].concat();
+    add(
+        "bends",
+        0,
+        &[long(50), bends([45, 30, 15]), WAIT_5_S.to_vec(), bends([111, 0, 0]), bends([10, 20, 110]), long(100)],
+    );
     add("pause-and-resume", 0, &[long(50), run(0), long(50), vec![1], long(50), vec![2], long(50), vec![3], wait(9)]);
     add(
         "emergency-stop",
@@ -111,23 +122,23 @@ pub fn sessions() -> Vec<Seed> {
             wait(9),
         ],
     );
-    add("switch", 0, &[setpoints([90, 90, 90]), long(50), vec![15, 2], wait(9), vec![16], wait(9), vec![8], wait(9)]);
-    add("late-ticks", 0, &[run(3), long(20), vec![15, 4], wait(50), vec![16], long(60), vec![8], wait(9)]);
+    add("switch", 0, &[setpoints([90, 90, 90]), long(50), vec![15, 2], wait(9), vec![17], wait(9), vec![8], wait(9)]);
+    add("late-ticks", 0, &[run(3), long(20), vec![15, 4], wait(50), vec![17], long(60), vec![8], wait(9)]);
     add(
         "silent-host",
         0,
-        &[setpoints([50, 60, 70]), vec![15, 8], WAIT_5_S.to_vec(), vec![16], vec![9], vec![8], wait(9)],
+        &[setpoints([50, 60, 70]), vec![15, 8], WAIT_5_S.to_vec(), vec![17], vec![9], vec![8], wait(9)],
     );
     for (name, kind) in [("below-range", 1), ("above-range", 2)] {
         add(
             name,
             0,
-            &[setpoints([80, 0, 80]), long(50), vec![13, kind], wait(20), vec![16], long(60), vec![8], wait(9)],
+            &[setpoints([80, 0, 80]), long(50), vec![13, kind], wait(20), vec![17], long(60), vec![8], wait(9)],
         );
         add(
             &format!("bend-{name}"),
             0,
-            &[setpoints([80, 0, 80]), long(50), vec![14, kind], long(20), vec![16], long(9), vec![8], wait(9)],
+            &[setpoints([80, 0, 80]), long(50), vec![14, kind], long(20), vec![17], long(9), vec![8], wait(9)],
         );
     }
     for (name, kpa) in [("stuck-at-zero", 0_i16), ("stuck-at-50", 50), ("stuck-over-limit", 180), ("vacuum", -90)] {
@@ -140,16 +151,16 @@ pub fn sessions() -> Vec<Seed> {
                 long(50),
                 vec![13, 3, low, high],
                 long(150),
-                vec![16],
+                vec![17],
                 long(150),
                 vec![8],
                 wait(9),
             ],
         );
-        add(&format!("self-test-{name}"), 1, &[vec![13, 3, low, high], long(250), vec![16], vec![8], long(250)]);
+        add(&format!("self-test-{name}"), 1, &[vec![13, 3, low, high], long(250), vec![17], vec![8], long(250)]);
     }
     let calibrate =
-        |k: i16, c1: i16, c2: i16| [vec![6], [k, c1, c2].map(|kpa| (kpa * 512).to_le_bytes()).concat()].concat();
+        |k: i16, c1: i16, c2: i16| [vec![6, 1], [k, c1, c2].map(|kpa| (kpa * 512).to_le_bytes()).concat()].concat();
     add("calibrate", 0, &[wait(1), calibrate(35, 7, 1), run(9), long(100), calibrate(0, 14, 0), vec![5], wait(1)]);
     add(
         "zero-sensors",

@@ -2,7 +2,7 @@
 //! lines that lie, and time. Every tick and every command is held to what the controller promises.
 
 use host_sim::plant::{Plant, PlantParameters, Scene};
-use model_core::actuation::Actuation;
+use model_core::actuation::{Actuation, Segment};
 use model_core::calibration;
 use model_core::controller::{Controller, Inputs, Mode, Outputs, PRESSURE_LIMIT, Reading};
 use model_core::protocol::{
@@ -77,9 +77,9 @@ pub fn play(bytes: &[u8]) -> Reached {
     let mut script = Script(bytes);
     let start = script.byte();
     let controller = if start & 1 == 1 {
-        Controller::with_self_test(calibration::DEFAULT)
+        Controller::with_self_test([calibration::DEFAULT; 3])
     } else {
-        Controller::new(calibration::DEFAULT)
+        Controller::new([calibration::DEFAULT; 3])
     };
     let mut session = Session {
         controller,
@@ -102,7 +102,7 @@ pub fn play(bytes: &[u8]) -> Reached {
 
 impl Session {
     fn act(&mut self, script: &mut Script) {
-        let command = match script.byte() % 17 {
+        let command = match script.byte() % 18 {
             0 => {
                 let index = usize::from(script.byte());
                 let name = library::ALL.get(index).map_or("no such", |sequence| sequence.name);
@@ -116,8 +116,9 @@ impl Session {
             5 => LinkCommand::ZeroSensors,
             // Within ±64 kPa.
             6 => {
+                let segment = Segment::ALL[usize::from(script.byte() % 3)];
                 let [k, c1, c2] = script.numbers(1 << 15);
-                LinkCommand::Calibrate { k, c1, c2 }
+                LinkCommand::Calibrate { segment, k, c1, c2 }
             }
             7 => LinkCommand::Identify,
             8 => LinkCommand::ClearFault,
@@ -140,6 +141,8 @@ impl Session {
                 self.lines = script.byte();
                 return;
             }
+            // Within ±256 degrees.
+            16 => LinkCommand::Bends(script.numbers(1 << 9)),
             // Everything as it really is.
             _ => {
                 (self.manifold, self.bend, self.lines) = (None, None, 0);
@@ -172,10 +175,13 @@ impl Session {
         match answer {
             Ok(effect) => {
                 self.reached.taken += 1;
-                let stores = matches!(command, LinkCommand::ZeroSensors | LinkCommand::Calibrate { .. });
+                let stores = matches!(
+                    command,
+                    LinkCommand::ZeroSensors | LinkCommand::Calibrate { .. } | LinkCommand::AdoptIdentified
+                );
                 assert_eq!(effect == Effect::SettingsChanged, stores);
                 assert_eq!(effect == Effect::IdentityAsked, *command == LinkCommand::Identify);
-                let starts = matches!(command, LinkCommand::Run(_) | LinkCommand::Setpoints(_));
+                let starts = matches!(command, LinkCommand::Run(_) | LinkCommand::Setpoints(_) | LinkCommand::Bends(_));
                 let barred = matches!(mode, Some(Mode::Faulted(_) | Mode::SelfTest)) && !self.cleared;
                 assert!(!(starts && barred), "{command:?} taken in {mode:?}");
                 assert!(
@@ -185,7 +191,10 @@ impl Session {
                 self.cleared |= *command == LinkCommand::ClearFault;
             }
             Err(reason) => {
-                let unconditional = matches!(command, LinkCommand::Vent | LinkCommand::Identify | LinkCommand::Beat);
+                let unconditional = matches!(
+                    command,
+                    LinkCommand::Vent | LinkCommand::Identify | LinkCommand::Identification | LinkCommand::Beat
+                );
                 assert!(!unconditional, "{command:?}: {reason:?}");
                 assert_ne!(reason, Reason::StorageFailed);
                 let same = format!("{before:?}") == format!("{:?}", self.controller);

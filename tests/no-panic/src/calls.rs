@@ -8,20 +8,22 @@ use core::hint::black_box;
 use core::ops::{Add, Sub};
 use fixed::types::{I8F24, I16F16};
 use model_core::actuation::{Actuation, Passage, Segment};
+use model_core::bend_loop::BendLoop;
 use model_core::calibration;
 use model_core::controller::{Command, Controller, Fault, Inputs, Mode, Reading, Rejection};
 use model_core::division;
+use model_core::identification::Identified;
 use model_core::inverse::{self, Tabulated};
 use model_core::observer::{DeadTicks, Observer, Pneumatics};
 use model_core::protocol::frame::{self, Decoder, MAX_FRAME};
 use model_core::protocol::handler;
-use model_core::protocol::message::{self, LinkCommand, LinkMode, Reason, Request};
+use model_core::protocol::message::{self, IdentifiedSegment, LinkCommand, LinkMode, Reason, Request};
 use model_core::regulator::Regulator;
 use model_core::self_test::{Part, SelfTest};
 use model_core::sequence::player::Player;
 use model_core::sequence::{Sequence, Step, Target, library};
-use model_core::supervisor::Supervisor;
 use model_core::supervisor::fault::{FaultSet, Priority};
+use model_core::supervisor::{Activity, Context, Supervisor};
 use model_core::units::{Bend, Coefficients, Millis, Pressure};
 
 /// A value of which the compiler knows only the type: nothing that depends on it is folded away.
@@ -45,6 +47,14 @@ pub const INPUTS: Inputs = Inputs {
     emergency_stop: false,
     host_heard: true,
     overrun: false,
+};
+/// What a segment's points say.
+pub const IDENTIFIED: Identified = Identified {
+    coefficients: calibration::DEFAULT,
+    residual_pressure: Pressure::ZERO,
+    residual_bend: Bend::ZERO,
+    points: 0,
+    ready: false,
 };
 /// Everything.
 pub fn all() {
@@ -96,6 +106,9 @@ fn controller() {
     consume(Controller::coefficients(&controller));
     consume(Controller::pressure_zero(&controller));
     consume(Controller::bend_zero(&controller));
+    consume(Controller::identified(&controller));
+    consume(BendLoop::trims(Controller::bend_loop(&controller)));
+    consume(BendLoop::falls_back(Controller::bend_loop(&controller)));
     Controller::restore_zeros(&mut controller, any(Pressure::ZERO), any(Bend::ZERO));
     let mut controller = any(controller);
     Controller::report(&mut controller, any(Fault::TaskHang));
@@ -119,6 +132,7 @@ fn control_commands() {
         Command::ZeroSensors,
         Command::Calibrate(Segment::Distal, calibration::DEFAULT),
         Command::Bends([Bend::ZERO; 3]),
+        Command::AdoptIdentified,
         Command::ClearFault,
     ]) {
         consume(Controller::command(&mut controller, command));
@@ -143,6 +157,7 @@ fn faults() {
     FaultSet::insert(&mut set, any(Fault::OverPressure));
     let set = any(set);
     consume(FaultSet::from_bits(any(FaultSet::bits(set))));
+    consume(FaultSet::with(set, any(Fault::OverPressure)));
     consume(FaultSet::contains(set, any(Fault::OverPressure)));
     consume(FaultSet::intersects(set, any(FaultSet::VENTING)));
     consume(FaultSet::union(set, any(FaultSet::VENTING)));
@@ -187,6 +202,7 @@ fn inverse() {
 fn messages() {
     consume(<Reason as From<Rejection>>::from(any(Rejection::Faulted)));
     consume(<LinkMode as From<Mode>>::from(any(Mode::Vented)));
+    consume(<IdentifiedSegment as From<Identified>>::from(any(IDENTIFIED)));
     consume(LinkMode::mode(any(LinkMode::Vented)));
     consume(message::outputs_of(&any(Actuation::SAFE)));
     consume(message::actuation_of(any(0)));
@@ -238,6 +254,7 @@ fn regulator() {
 fn self_test() {
     let mut test = any(SelfTest::new());
     consume(SelfTest::step(&mut test, &any(INPUTS)));
+    consume(SelfTest::named(&any(test.clone()), any(Part::Pump)));
     consume(test);
     consume(<SelfTest as Default>::default());
     consume(Part::code(any(Part::Pump)));
@@ -274,12 +291,24 @@ fn players() {
 #[inline(never)]
 fn supervisor() {
     let mut supervisor = any(Supervisor::new());
-    consume(Supervisor::watch(&mut supervisor, &any(INPUTS)));
+    let context = any(Context {
+        activity: any(Activity::Driving),
+        host_drives: any(true),
+        pressure_zero: any(Pressure::ZERO),
+        bend_zero: any(Bend::ZERO),
+        manifold: any(Pressure::ZERO),
+        chambers: &any(PRESSURES),
+        setpoints: &any(PRESSURES),
+        commanded: &any(Actuation::SAFE),
+        coefficients: &any([calibration::DEFAULT; 3]),
+    });
+    consume(Supervisor::watch(&mut supervisor, &any(INPUTS), &context));
     let mut supervisor = any(supervisor);
     Supervisor::latch(&mut supervisor, any(Fault::OverPressure));
     let mut supervisor = any(supervisor);
     consume(Supervisor::clear(&mut supervisor, &any(INPUTS)));
     consume(Supervisor::faults(&supervisor));
+    consume(Supervisor::may_diagnose(&supervisor));
     consume(Supervisor::fault(&any(supervisor)));
     consume(<Supervisor as Default>::default());
 }

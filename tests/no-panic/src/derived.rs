@@ -2,25 +2,27 @@
 //!
 //! The host test `public_functions` reads which types a function here is called for, and compares with the derives.
 
-use crate::calls::{INPUTS, PRESSURES, SEQUENCE, STEPS, any, consume};
+use crate::calls::{IDENTIFIED, INPUTS, PRESSURES, SEQUENCE, STEPS, any, consume};
 use core::hash::{Hash, Hasher};
 use heapless::String;
 use model_core::actuation::{Actuation, Passage, Segment};
+use model_core::bend_loop::BendLoop;
 use model_core::calibration;
 use model_core::controller::{Command, Controller, Fault, Inputs, Mode, Outputs, Reading, Rejection};
+use model_core::identification::Identified;
 use model_core::inverse::Tabulated;
 use model_core::observer::{DeadTicks, Observer, Pneumatics};
 use model_core::protocol::frame::{self, Decoder, FrameError, MAX_FRAME};
 use model_core::protocol::handler::Effect;
 use model_core::protocol::message::{
-    Identity, LinkCommand, LinkMode, Reason, Report, Request, ResetCause, SequenceName, Telemetry,
+    IdentifiedSegment, Identity, LinkCommand, LinkMode, Reason, Report, Request, ResetCause, SequenceName, Telemetry,
 };
 use model_core::regulator::Regulator;
 use model_core::self_test::{Part, SelfTest, Verdict};
 use model_core::sequence::player::{Player, Reference};
 use model_core::sequence::{Sequence, SequenceError, Step, Target};
-use model_core::supervisor::Supervisor;
 use model_core::supervisor::fault::{Action, Clearing, FaultSet, Priority, Row};
+use model_core::supervisor::{Activity, Supervisor};
 use model_core::units::{Bend, CoefficientError, Coefficients, Millis, Pressure};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -110,6 +112,7 @@ fn controller() {
     plain::<Priority>(&Priority::Low);
     ordered::<Priority>(&Priority::Low);
     plain::<Action>(&Action::Vent);
+    plain::<Activity>(&Activity::Driving);
     plain::<Clearing>(&Clearing::Command);
     cloned::<Row>(&model_core::supervisor::table::TABLE[0]);
     plain::<Mode>(&Mode::Vented);
@@ -121,6 +124,8 @@ fn states() {
     let controller = Controller::new([calibration::DEFAULT; 3]);
     cloned::<Controller>(&controller);
     cloned::<Tabulated>(&Tabulated::new(&calibration::DEFAULT));
+    cloned::<BendLoop>(controller.bend_loop());
+    plain::<Identified>(&IDENTIFIED);
     let observer = Observer::new(Pneumatics::NOMINAL);
     cloned::<Observer>(&observer);
     plain::<DeadTicks>(&DeadTicks::MAX);
@@ -143,6 +148,7 @@ fn messages() {
     message::<Request>(&Request { id: 0, command: LinkCommand::Identify });
     message::<Report>(&Report::Ack { id: 0 });
     message::<Identity>(&identity());
+    message::<IdentifiedSegment>(&IDENTIFIED.into());
     message::<ResetCause>(&ResetCause::Pin);
     message::<Reason>(&Reason::Faulted);
     message::<LinkMode>(&LinkMode::Vented);
