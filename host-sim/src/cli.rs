@@ -71,11 +71,11 @@ enum Command {
     },
     /// Compares regulators on the same plant, noise, seeds and scenarios. Writes tables and pictures.
     Compare(CompareArguments),
-    /// Runs random plants, programs and faults by the thousand, and judges what the supervisor makes of them.
-    Campaign(CampaignArguments),
     /// Calibrates the controller to a simulated finger that it does not know: bends before and after the sequence
     /// `calibrate`, and what it identified.
     Identify(IdentifyArguments),
+    /// Runs random plants, programs and faults by the thousand, and judges what the supervisor makes of them.
+    Campaign(CampaignArguments),
 }
 
 #[derive(Debug, Args)]

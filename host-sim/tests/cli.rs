@@ -141,39 +141,6 @@ fn list_names_every_sequence() {
 }
 
 #[test]
-fn campaign_prints_json_and_its_shards_are_joined_to_the_same() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let place = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
-    // What the controller misses ends in 1; here only what is printed and written counts.
-    let campaign = |name: &str, more: &[&str]| {
-        let out = place(name);
-        let mut arguments = vec!["campaign", "--runs", "9", "--seed", "5", "--json", "--out", &out];
-        arguments.extend(more);
-        host_sim(&arguments, "").stdout
-    };
-    let whole = campaign("whole", &[]);
-    let json: serde_json::Value = serde_json::from_slice(&whole).expect("JSON and nothing else");
-    assert_eq!(json["result"]["runs"], 9);
-    for (name, shard) in [("one", "1/2"), ("two", "2/2")] {
-        campaign(name, &["--shard", shard]);
-    }
-    let files = ["two", "one"].map(|name| format!("{}/campaign.json", place(name)));
-    let joined = host_sim(&["campaign", "merge", &files[0], &files[1], "--json", "--out", &place("joined")], "");
-    assert_eq!(joined.stdout, whole);
-    for name in ["campaign.json", "campaign.md", "campaign.csv", "campaign.txt", "detection-matrix.svg"] {
-        let read = |of: &str| std::fs::read(format!("{}/{name}", place(of))).expect("there");
-        assert_eq!(read("joined"), read("whole"), "{name}");
-    }
-    let twice = host_sim(&["campaign", "merge", &files[0], &files[0], "--out", &place("joined")], "");
-    assert_eq!(twice.status.code(), Some(2));
-    assert!(text(&twice.stderr).contains("both shard 2/2"), "{}", text(&twice.stderr));
-
-    let again = host_sim(&["campaign", "--seed", "5", "--replay", "3", "--out", &place("again")], "");
-    assert!(again.status.success() && text(&again.stdout).starts_with("run 3: "), "{}", text(&again.stdout));
-    assert!(std::path::Path::new(&place("again/run-3/report.html")).exists());
-}
-
-#[test]
 fn compare_prints_json_and_leaves_its_files() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().to_str().expect("UTF-8");
@@ -207,4 +174,37 @@ fn compare_names_a_scenario_that_is_not_there_and_seeds_out_of_range() {
         let error = text(&output.stderr);
         assert!(error.lines().count() == 1 && named.iter().all(|word| error.contains(word)), "{error}");
     }
+}
+
+#[test]
+fn campaign_prints_json_and_its_shards_are_joined_to_the_same() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let place = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    // What the controller misses ends in 1; here only what is printed and written counts.
+    let campaign = |name: &str, more: &[&str]| {
+        let out = place(name);
+        let mut arguments = vec!["campaign", "--runs", "9", "--seed", "5", "--json", "--out", &out];
+        arguments.extend(more);
+        host_sim(&arguments, "").stdout
+    };
+    let whole = campaign("whole", &[]);
+    let json: serde_json::Value = serde_json::from_slice(&whole).expect("JSON and nothing else");
+    assert_eq!(json["result"]["runs"], 9);
+    for (name, shard) in [("one", "1/2"), ("two", "2/2")] {
+        campaign(name, &["--shard", shard]);
+    }
+    let files = ["two", "one"].map(|name| format!("{}/campaign.json", place(name)));
+    let joined = host_sim(&["campaign", "merge", &files[0], &files[1], "--json", "--out", &place("joined")], "");
+    assert_eq!(joined.stdout, whole);
+    for name in ["campaign.json", "campaign.md", "campaign.csv", "campaign.txt", "detection-matrix.svg"] {
+        let read = |of: &str| std::fs::read(format!("{}/{name}", place(of))).expect("there");
+        assert_eq!(read("joined"), read("whole"), "{name}");
+    }
+    let twice = host_sim(&["campaign", "merge", &files[0], &files[0], "--out", &place("joined")], "");
+    assert_eq!(twice.status.code(), Some(2));
+    assert!(text(&twice.stderr).contains("both shard 2/2"), "{}", text(&twice.stderr));
+
+    let again = host_sim(&["campaign", "--seed", "5", "--replay", "3", "--out", &place("again")], "");
+    assert!(again.status.success() && text(&again.stdout).starts_with("run 3: "), "{}", text(&again.stdout));
+    assert!(std::path::Path::new(&place("again/run-3/report.html")).exists());
 }

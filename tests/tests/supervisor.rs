@@ -58,7 +58,7 @@ struct Run {
 impl Run {
     fn new(seed: u64, sequence: &'static Sequence, faults: &[InjectedFault]) -> Self {
         let plant = Plant::new(plant(seed), Scene::default().with_faults(faults.iter().copied()), seed);
-        let mut run = Self { controller: Controller::new(calibration::DEFAULT), plant, ticks: 0, peak_kpa: 0.0 };
+        let mut run = Self { controller: Controller::new([calibration::DEFAULT; 3]), plant, ticks: 0, peak_kpa: 0.0 };
         (0..STANDBY).for_each(|_| _ = run.step());
         let _ = run.controller.command(Command::Run(sequence));
         run

@@ -203,7 +203,9 @@ impl Bench {
         for _ in 0..ANSWER_MS {
             self.run_ms(1)?;
             let of_it = |report: &Report| match report {
-                Report::Ack { id: other } | Report::Nack { id: other, .. } => *other == id,
+                Report::Ack { id: other }
+                | Report::Nack { id: other, .. }
+                | Report::Identification { id: other, .. } => *other == id,
                 Report::Identity(identity) => identity.id == id,
                 Report::Telemetry(_) => false,
             };

@@ -31,8 +31,9 @@ pub fn on_elf(run: &Run, progress: &mut dyn FnMut(u32, u32)) -> Result<Trace> {
             bench.request(match run.program {
                 Program::Sequence(sequence) => LinkCommand::Run(SequenceName::try_from(sequence.name)?),
                 Program::Setpoints(setpoints) => LinkCommand::Setpoints(setpoints.map(Pressure::to_bits)),
+                Program::Bends(bends) => LinkCommand::Bends(bends.map(Bend::to_bits)),
             });
-        } else if time_ms == end && matches!(run.program, Program::Setpoints(_)) {
+        } else if time_ms == end && matches!(run.program, Program::Setpoints(_) | Program::Bends(_)) {
             bench.request(LinkCommand::Vent);
         }
         if time_ms % BEAT_MS == 0 {
