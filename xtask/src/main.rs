@@ -2,6 +2,7 @@
 
 mod baseline;
 mod board_figures;
+mod campaign;
 mod compare;
 mod elf;
 mod firmware;
@@ -92,11 +93,19 @@ enum Chore {
     },
     /// Compares the regulators and renews docs/compare.md and its pictures.
     Compare,
+    /// Puts the campaign's committed result into docs/campaign.md, with its picture.
+    Campaign {
+        /// Runs the 100,000 runs anew first: some ten minutes on two cores.
+        #[arg(long)]
+        write: bool,
+    },
     /// Makes the pictures that the README shows anew, from a run of the simulator.
     Pictures,
-    /// Renews every figure and picture that the documents show: `pareto --write`, `plant --write`, `compare`, `figures --write`, `pictures`.
+    /// Renews every figure and picture that the documents show: `pareto --write`, `plant --write`, `compare`, `figures --write`,
+    /// `campaign`, `pictures`.
     ///
-    /// All but the exhaustive run's table in docs/exhaustive.md, which takes long: `cargo xtask exhaustive -- --write`.
+    /// All but what takes long: the exhaustive run's table in docs/exhaustive.md (`cargo xtask exhaustive -- --write`), and the
+    /// campaign's runs (`cargo xtask campaign --write`).
     Docs,
 }
 
@@ -118,6 +127,7 @@ fn main() -> std::process::ExitCode {
         Chore::Plant { check: true, .. } => plant::gate(),
         Chore::Plant { write, .. } => plant::plant(write),
         Chore::Compare => compare::compare(),
+        Chore::Campaign { write } => campaign::campaign(write),
         Chore::Pictures => steps::pictures(),
         Chore::Docs => steps::docs(),
     };

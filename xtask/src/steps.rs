@@ -1,6 +1,6 @@
 //! Chores of several steps, each announced and timed.
 
-use crate::{board_figures, command, compare, firmware, no_panic, pareto, plant, root, run, toolchain};
+use crate::{board_figures, campaign, command, compare, firmware, no_panic, pareto, plant, root, run, toolchain};
 use anyhow::{Context, Result, ensure};
 use std::ffi::OsString;
 use std::fs;
@@ -27,11 +27,12 @@ fn all(steps: &[Step], done: &str) -> Result<()> {
 
 /// Renews every figure and picture that the documents show, but the exhaustive run's.
 pub fn docs() -> Result<()> {
-    let steps: [Step; 5] = [
+    let steps: [Step; 6] = [
         ("ways to compute the model", || pareto::pareto(false, true)),
         ("the plant's integrators", || plant::plant(true)),
         ("regulators", compare::compare),
         ("firmware", || board_figures::figures(false, true)),
+        ("the campaign's result", || campaign::campaign(false)),
         ("pictures", pictures),
     ];
     all(&steps, "all renewed")

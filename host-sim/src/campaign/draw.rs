@@ -278,17 +278,24 @@ fn fault(rng: &mut Pcg64, kind: Kind, window_ms: u32) -> Drawn {
 }
 
 fn faults(rng: &mut Pcg64, filter: &Filter, window_ms: u32) -> Vec<Drawn> {
-    let kinds: [Kind; 2] = core::array::from_fn(|_| Kind::ALL[rng.random_range(0..Kind::ALL.len())]);
+    let any = |rng: &mut Pcg64| Kind::ALL[rng.random_range(0..Kind::ALL.len())];
+    let kind = any(rng);
     // A fifth of the runs has none, a fifth two.
     let number = rng.random_range(0..5);
-    let kinds = match (filter.fault, number) {
-        (None, 0) => vec![],
-        (None, 4) => kinds.to_vec(),
-        (None, _) => vec![kinds[0]],
-        (Some(kind), 4) => vec![kind, kinds[1]],
-        (Some(kind), _) => vec![kind],
-    };
-    kinds.into_iter().map(|kind| fault(rng, kind, window_ms)).collect()
+    if filter.fault.is_none() && number == 0 {
+        return vec![];
+    }
+    let first = fault(rng, filter.fault.unwrap_or(kind), window_ms);
+    let part = |drawn: &Drawn| drawn.kind.part(drawn.segment);
+    let mut drawn = vec![first];
+    while number == 4 && drawn.len() < 2 {
+        let kind = any(rng);
+        let second = fault(rng, kind, window_ms);
+        if part(&second) != part(&first) {
+            drawn.push(second);
+        }
+    }
+    drawn
 }
 
 impl Case {

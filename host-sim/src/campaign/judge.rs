@@ -222,7 +222,7 @@ impl<'a> Judge<'a> {
         }
         let new = outputs.faults.without(self.latched);
         self.latched = outputs.faults;
-        if new.is_empty() {
+        if new.is_empty() && !self.case.faults.iter().any(|fault| fault.from_ms == now_ms) {
             return;
         }
         self.all_latched = self.all_latched.union(new);
@@ -247,11 +247,13 @@ impl<'a> Judge<'a> {
             }
         }
         for (index, drawn) in self.case.faults.iter().enumerate().filter(|(_, drawn)| drawn.from_ms <= now_ms) {
-            // Of two at once either's detection vents; alone each is detected by its own.
-            if new.intersects(accepted) && (present.len() > 1 || new.intersects(drawn.kind.accepted(drawn.segment))) {
+            // What is told already needs no second telling. Of two at once either's venting is enough.
+            let own = self.latched.intersects(drawn.kind.accepted(drawn.segment));
+            let vented = present.len() > 1 && FaultSet::VENTING.intersects(intersection(new, accepted));
+            if own || vented {
                 self.detected[index].get_or_insert(now_ms);
             }
-            self.named[index] |= new.intersects(drawn.kind.named(drawn.segment));
+            self.named[index] |= self.latched.intersects(drawn.kind.named(drawn.segment));
         }
     }
 
@@ -413,6 +415,11 @@ impl<'a> Judge<'a> {
         self.outcome.timeline.sort_by_key(|(ms, _)| *ms);
         self.outcome
     }
+}
+
+/// Those that are in both.
+fn intersection(one: FaultSet, other: FaultSet) -> FaultSet {
+    one.without(one.without(other))
 }
 
 /// A fault in words.

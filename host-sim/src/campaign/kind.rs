@@ -63,7 +63,7 @@ pub enum Kind {
 }
 
 /// Faults found by what the air does, whatever part is to blame: any of them is as good as another when it comes to venting.
-const PNEUMATIC: [Fault; 28] = [
+const PNEUMATIC: [Fault; 27] = [
     Fault::OverPressure,
     Fault::OverPressureSwitch,
     Fault::PressureRate,
@@ -88,7 +88,6 @@ const PNEUMATIC: [Fault; 28] = [
     Fault::DumpStuckClosed,
     Fault::PumpStuckOn,
     Fault::PumpNotDelivering,
-    Fault::LeakSlow,
     Fault::LeakBurst,
     Fault::BendDisagrees,
     Fault::PressureSensorNoisy,
@@ -182,7 +181,8 @@ impl Kind {
     }
 
     /// The faults that count as its detection: those that name it, and for everything that the air tells of any other found
-    /// by the air. Which part it is the diagnosis after venting says, or nobody.
+    /// by the air. Which part it is the diagnosis after venting says, or nobody. What calls for venting is not detected by what
+    /// does not vent.
     #[must_use]
     pub fn accepted(self, segment: Segment) -> FaultSet {
         let named = self.named(segment);
@@ -196,9 +196,6 @@ impl Kind {
             | Self::PowerDip
             | Self::SettingsCorrupt => named,
             Self::BendSensorFrozen => named.union(FaultSet::of(Fault::BendDisagrees)),
-            Self::FingerBlocked | Self::FingerPushed => {
-                named.union(set(&PNEUMATIC)).union(FaultSet::of(Fault::BendSensorFailed))
-            }
             _ => named.union(set(&PNEUMATIC)),
         }
     }
@@ -227,6 +224,30 @@ impl Kind {
     pub fn bound_ms(self, in_self_test: bool) -> u32 {
         let test = TABLE.iter().find(|row| in_self_test && row.fault == Fault::SelfTest(Part::Venting));
         self.row().detect_within_ms.max(test.map_or(0, |row| row.detect_within_ms))
+    }
+
+    /// What it breaks: of two faults on one part only one would be there. Where each segment has one of its own, in this one.
+    #[must_use]
+    pub fn part(self, segment: Segment) -> String {
+        match self {
+            Self::PressureSensorOpen
+            | Self::PressureSensorShort
+            | Self::PressureSensorFrozen
+            | Self::PressureSensorNoisy => "pressure sensor".to_owned(),
+            Self::SwitchStuckOpen | Self::SwitchStuckClosed => "pressure switch".to_owned(),
+            Self::BendSensorOpen | Self::BendSensorShort | Self::BendSensorFrozen => "bend sensor".to_owned(),
+            Self::PumpStuckOn | Self::PumpDead | Self::PumpWeak => "pump".to_owned(),
+            Self::DumpStuckOpen | Self::DumpStuckClosed => "dump valve".to_owned(),
+            Self::ValveStuckOpen | Self::ValveStuckClosed => format!("{} valve", segment.name()),
+            Self::LeakSlow | Self::LeakBurst => format!("{} chamber", segment.name()),
+            Self::FingerBlocked | Self::FingerPushed => format!("{} segment", segment.name()),
+            Self::EmergencyStop
+            | Self::LinkLost
+            | Self::TickOverrun
+            | Self::TaskHang
+            | Self::PowerDip
+            | Self::SettingsCorrupt => self.name(),
+        }
     }
 
     /// Whether it calls for venting, as the fault table says.
