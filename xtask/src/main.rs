@@ -91,6 +91,8 @@ enum Chore {
     },
     /// Makes the pictures that the README shows anew, from a run of the simulator.
     Pictures,
+    /// Puts the fault table of the code into docs/faults.md.
+    Faults,
     /// Renews every figure and picture that the documents show: `pareto --write`, `plant --write`, `figures --write`, `pictures`.
     ///
     /// All but the exhaustive run's table in docs/exhaustive.md, which takes long: `cargo xtask exhaustive -- --write`.
@@ -115,6 +117,7 @@ fn main() -> std::process::ExitCode {
         Chore::Plant { check: true, .. } => plant::gate(),
         Chore::Plant { write, .. } => plant::plant(write),
         Chore::Pictures => steps::pictures(),
+        Chore::Faults => steps::faults(),
         Chore::Docs => steps::docs(),
     };
     match outcome {

@@ -1,6 +1,6 @@
 //! Chores of several steps, each announced and timed.
 
-use crate::{board_figures, command, firmware, no_panic, pareto, plant, root, run, toolchain};
+use crate::{board_figures, command, firmware, markers, no_panic, pareto, plant, root, run, toolchain};
 use anyhow::{Context, Result, ensure};
 use std::ffi::OsString;
 use std::fs;
@@ -27,11 +27,12 @@ fn all(steps: &[Step], done: &str) -> Result<()> {
 
 /// Renews every figure and picture that the documents show, but the exhaustive run's.
 pub fn docs() -> Result<()> {
-    let steps: [Step; 4] = [
+    let steps: [Step; 5] = [
         ("ways to compute the model", || pareto::pareto(false, true)),
         ("the plant's integrators", || plant::plant(true)),
         ("firmware", || board_figures::figures(false, true)),
         ("pictures", pictures),
+        ("fault table", faults),
     ];
     all(&steps, "all renewed")
 }
@@ -102,6 +103,14 @@ fn simulator() -> Result<()> {
     ensure!(files > 0, "the run left no files");
     println!("{files} files, the same bytes twice");
     Ok(())
+}
+
+/// Puts the fault table of the code into docs/faults.md.
+pub fn faults() -> Result<()> {
+    let mut cargo = command("cargo");
+    let output = cargo.args(["run", "--quiet", "--package", "finger-tests", "--bin", "faults"]).output()?;
+    ensure!(output.status.success(), "the fault table cannot be printed: {}", String::from_utf8_lossy(&output.stderr));
+    markers::replace("docs/faults.md", "faults", &String::from_utf8(output.stdout)?)
 }
 
 /// Copies a run's pictures to docs/images.
