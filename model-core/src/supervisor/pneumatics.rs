@@ -39,7 +39,7 @@ const BURST: Pressure = Pressure::from_kpa(10);
 /// The same, with a little forgiven each time ...
 const SLOW: Pressure = Pressure::from_kpa(5);
 /// ... which a chamber that settles after a flow, or is disturbed by a neighbour, loses too.
-const FORGIVEN: Pressure = Pressure::from_milli_kpa(12);
+const FORGIVEN: Pressure = Pressure::from_milli_kpa(8);
 /// Less than this is the estimate's noise.
 const STEP: Pressure = Pressure::from_milli_kpa(300);
 /// No single loss counts for more: the first look after a flow may find that the estimate was 13 kPa too high.
