@@ -2,4 +2,5 @@
 //! `src/bin/`.
 
 pub mod exhaustive;
+pub mod faults;
 pub mod truth;

@@ -101,8 +101,10 @@ enum Chore {
     },
     /// Makes the pictures that the README shows anew, from a run of the simulator.
     Pictures,
+    /// Puts the fault table of the code into docs/faults.md.
+    Faults,
     /// Renews every figure and picture that the documents show: `pareto --write`, `plant --write`, `compare`, `figures --write`,
-    /// `campaign`, `pictures`.
+    /// `campaign`, `pictures`, `faults`.
     ///
     /// All but what takes long: the exhaustive run's table in docs/exhaustive.md (`cargo xtask exhaustive -- --write`), and the
     /// campaign's runs (`cargo xtask campaign --write`).
@@ -129,6 +131,7 @@ fn main() -> std::process::ExitCode {
         Chore::Compare => compare::compare(),
         Chore::Campaign { write } => campaign::campaign(write),
         Chore::Pictures => steps::pictures(),
+        Chore::Faults => steps::faults(),
         Chore::Docs => steps::docs(),
     };
     match outcome {

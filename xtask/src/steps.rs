@@ -1,6 +1,8 @@
 //! Chores of several steps, each announced and timed.
 
-use crate::{board_figures, campaign, command, compare, firmware, no_panic, pareto, plant, root, run, toolchain};
+use crate::{
+    board_figures, campaign, command, compare, firmware, markers, no_panic, pareto, plant, root, run, toolchain,
+};
 use anyhow::{Context, Result, ensure};
 use std::ffi::OsString;
 use std::fs;
@@ -27,13 +29,14 @@ fn all(steps: &[Step], done: &str) -> Result<()> {
 
 /// Renews every figure and picture that the documents show, but the exhaustive run's.
 pub fn docs() -> Result<()> {
-    let steps: [Step; 6] = [
+    let steps: [Step; 7] = [
         ("ways to compute the model", || pareto::pareto(false, true)),
         ("the plant's integrators", || plant::plant(true)),
         ("regulators", compare::compare),
         ("firmware", || board_figures::figures(false, true)),
         ("the campaign's result", || campaign::campaign(false)),
         ("pictures", pictures),
+        ("fault table", faults),
     ];
     all(&steps, "all renewed")
 }
@@ -104,6 +107,14 @@ fn simulator() -> Result<()> {
     ensure!(files > 0, "the run left no files");
     println!("{files} files, the same bytes twice");
     Ok(())
+}
+
+/// Puts the fault table of the code into docs/faults.md.
+pub fn faults() -> Result<()> {
+    let mut cargo = command("cargo");
+    let output = cargo.args(["run", "--quiet", "--package", "finger-tests", "--bin", "faults"]).output()?;
+    ensure!(output.status.success(), "the fault table cannot be printed: {}", String::from_utf8_lossy(&output.stderr));
+    markers::replace("docs/faults.md", "faults", &String::from_utf8(output.stdout)?)
 }
 
 /// Copies a run's pictures to docs/images.

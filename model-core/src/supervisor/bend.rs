@@ -149,3 +149,52 @@ fn blend(old: Bend, new: Bend, share: i64) -> Bend {
     let way = (i64::from(new.to_bits()) - i64::from(old.to_bits())) * share;
     old + Bend::from_bits((way >> 8) as i32)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibration;
+
+    const FINGER: PerSegment<Coefficients> = [calibration::DEFAULT; 3];
+
+    /// What comes of ticks with these chambers (kPa) and readings (degrees): the first verdict that is not agreement.
+    fn first(ticks: impl Iterator<Item = (f64, Option<f64>)>) -> Option<(usize, Verdict)> {
+        let mut residual = Residual::new();
+        ticks.enumerate().find_map(|(tick, (chamber, reading))| {
+            let reading = reading.map(Bend::from_f64_deg);
+            let verdict = residual.watch(reading, &[Pressure::from_f64_kpa(chamber); 3], &FINGER, false);
+            (verdict != Verdict::Agrees).then_some((tick, verdict))
+        })
+    }
+
+    /// A finger that follows with this lag (ms), a step to 60 kPa at tick 100, and a sensor with some noise.
+    fn step(lag: f64, gain: f64) -> impl Iterator<Item = (f64, Option<f64>)> {
+        let target = 3.0 * bend_from_pressure(&calibration::DEFAULT, Pressure::from_kpa(60)).to_f64();
+        let mut bend = 0.0;
+        (0..3000).map(move |tick| {
+            let (chamber, goal) = if tick < 100 { (0.0, 0.0) } else { (60.0, target * gain) };
+            bend += (goal - bend) / lag;
+            (chamber, Some(bend + [0.4, -0.4][tick % 2]))
+        })
+    }
+
+    #[test]
+    fn a_finger_that_follows_agrees_whatever_its_lag() {
+        for lag in [40.0, 80.0, 160.0] {
+            for gain in [0.96, 1.0, 1.04] {
+                assert_eq!(first(step(lag, gain)), None, "{lag} {gain}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_finger_that_is_held_disagrees_and_a_sensor_that_stands_still_failed() {
+        let (tick, verdict) = first(step(80.0, 0.6)).expect("found");
+        assert_eq!(verdict, Verdict::Disagrees);
+        assert!(tick < 1500, "{tick}");
+        let frozen = step(80.0, 1.0).map(|(chamber, _)| (chamber, Some(0.0)));
+        assert_eq!(first(frozen).map(|(_, verdict)| verdict), Some(Verdict::SensorFailed));
+        let broken = (0..10).map(|_| (0.0, None));
+        assert_eq!(first(broken), Some((4, Verdict::SensorFailed)));
+    }
+}

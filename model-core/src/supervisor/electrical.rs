@@ -1,14 +1,11 @@
 //! Lines and electrical ranges: emergency stop, pressure switch, over-pressure, wire break, short, and whether switch and
 //! analogue output contradict each other.
 
+use super::MANIFOLD_LIMIT;
 use super::fault::Fault;
 use super::held::lasts;
 use crate::controller::{Inputs, Reading};
 use crate::units::Pressure;
-
-/// The manifold's limit. The working range ends at 150 kPa; the regulator never asks the manifold for more than
-/// 160 kPa, and the chambers may not pass 165 kPa.
-pub const MANIFOLD_LIMIT: Pressure = Pressure::from_kpa(172);
 
 /// How long, in ticks, a condition must hold before it is a fault. The switch and the emergency stop act at once;
 /// the analogue readings may be one disturbed sample.

@@ -1,7 +1,6 @@
 //! Whether what must come regularly does: the host's frames, and the ticks themselves.
 
-/// Silence, in ticks, after which a host that drives the finger is lost.
-pub const SILENCE_TICKS: u16 = 1000;
+use super::SILENCE_TICKS;
 
 /// A late tick weighs so many good ones: ten at once are too many, and so is more than one in a hundred for long; a flash
 /// page that is erased now and then is not.

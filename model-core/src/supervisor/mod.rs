@@ -19,9 +19,6 @@ mod session;
 mod signal;
 pub mod table;
 
-pub use electrical::MANIFOLD_LIMIT;
-pub use link::SILENCE_TICKS;
-
 use crate::actuation::{Actuation, PerSegment};
 use crate::controller::{Inputs, Reading, Rejection};
 use crate::units::{Bend, Coefficients, Pressure};
@@ -32,6 +29,13 @@ use link::Link;
 use pneumatics::Pneumatics;
 use session::Session;
 use signal::Signal;
+
+/// The manifold's limit. The working range ends at 150 kPa; the regulator never asks the manifold for more than
+/// 160 kPa, and the chambers may not pass 165 kPa.
+pub const MANIFOLD_LIMIT: Pressure = Pressure::from_kpa(172);
+
+/// Silence, in ticks, after which a host that drives the finger is lost.
+pub const SILENCE_TICKS: u16 = 1000;
 
 /// What the controller is about, as far as it matters here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,7 +12,7 @@ use Clearing::{Command, CommandThenSelfTest};
 use Priority::{High, Low, Medium};
 
 const SELF_TEST: &str = "the self test's phase for this part did not end as it must";
-const TESTED: &str = "-";
+const TESTED: &str = "always";
 const READING_IS_BACK: &str = "the reading is plausible and below the limit";
 const STUCK_OPEN: &str = "opening any other valve shares the air with this chamber too (diagnosis)";
 const STUCK_CLOSED: &str = "opening it leaves the manifold's pressure as it was (diagnosis)";
@@ -42,8 +42,8 @@ pub const TABLE: [Row; 40] = [
     row(Fault::EmergencyStop, "emergency stop pressed, or its loop broken", 1, Vent, High, Command, "stop released"),
     row(
         Fault::PressureRate,
-        "manifold changes faster than pump, dump and three open chambers together can change it",
-        40,
+        "manifold changes by more than 36 kPa in 4 ms: faster than three full chambers can fill it",
+        10,
         Vent,
         High,
         CommandThenSelfTest,
@@ -51,8 +51,8 @@ pub const TABLE: [Row; 40] = [
     ),
     row(
         Fault::PressureSensorStuck,
-        "reading moves less than its own noise while pump or dump must move it",
-        1000,
+        "reading has no noise, and moves by less than a quarter of what pump or dump must move it at the least",
+        12000,
         Vent,
         High,
         CommandThenSelfTest,
@@ -60,7 +60,7 @@ pub const TABLE: [Row; 40] = [
     ),
     row(
         Fault::PressureSensorNoisy,
-        "mean absolute second difference of the reading above 4 kPa",
+        "mean absolute second difference of the reading above 2 kPa for 20 ms",
         200,
         Vent,
         Medium,
@@ -69,8 +69,8 @@ pub const TABLE: [Row; 40] = [
     ),
     row(
         Fault::SwitchDisagrees,
-        "switch closed while the reading is far below its threshold, or open while the reading is above it",
-        100,
+        "switch closed for 100 ms with the reading below 140 kPa, or open for 5 ms with it above 176 kPa",
+        110,
         Vent,
         High,
         CommandThenSelfTest,
@@ -110,13 +110,13 @@ pub const TABLE: [Row; 40] = [
     ),
     row(Fault::SelfTest(Part::Dump), SELF_TEST, 6000, Vent, High, CommandThenSelfTest, TESTED),
     row(Fault::SelfTest(Part::Venting), SELF_TEST, 6000, Vent, High, CommandThenSelfTest, TESTED),
-    row(Fault::SegmentValveStuckOpen(Segment::Proximal), STUCK_OPEN, 20_000, Vent, Medium, CommandThenSelfTest, TESTED),
-    row(Fault::SegmentValveStuckOpen(Segment::Middle), STUCK_OPEN, 20_000, Vent, Medium, CommandThenSelfTest, TESTED),
-    row(Fault::SegmentValveStuckOpen(Segment::Distal), STUCK_OPEN, 20_000, Vent, Medium, CommandThenSelfTest, TESTED),
+    row(Fault::SegmentValveStuckOpen(Segment::Proximal), STUCK_OPEN, 12_000, Vent, Medium, CommandThenSelfTest, TESTED),
+    row(Fault::SegmentValveStuckOpen(Segment::Middle), STUCK_OPEN, 12_000, Vent, Medium, CommandThenSelfTest, TESTED),
+    row(Fault::SegmentValveStuckOpen(Segment::Distal), STUCK_OPEN, 12_000, Vent, Medium, CommandThenSelfTest, TESTED),
     row(
         Fault::SegmentValveStuckClosed(Segment::Proximal),
         STUCK_CLOSED,
-        10_000,
+        12_000,
         Vent,
         High,
         CommandThenSelfTest,
@@ -126,8 +126,8 @@ pub const TABLE: [Row; 40] = [
     row(Fault::SegmentValveStuckClosed(Segment::Distal), STUCK_CLOSED, 10_000, Vent, High, CommandThenSelfTest, TESTED),
     row(
         Fault::DumpStuckOpen,
-        "pressure falls, or does not rise, with the dump valve commanded closed",
-        2000,
+        "the manifold, shut off, falls by more than 8 kPa and a sixteenth",
+        12000,
         Vent,
         Medium,
         CommandThenSelfTest,
@@ -135,8 +135,8 @@ pub const TABLE: [Row; 40] = [
     ),
     row(
         Fault::DumpStuckClosed,
-        "pressure does not fall with the dump valve commanded open",
-        2000,
+        "dump open for 32 ms, pump off for 120 ms: pressure falls by less than a quarter of what the slowest plant's does",
+        12000,
         Vent,
         High,
         CommandThenSelfTest,
@@ -144,8 +144,8 @@ pub const TABLE: [Row; 40] = [
     ),
     row(
         Fault::PumpStuckOn,
-        "pressure keeps rising with the pump commanded off for longer than its dead time and run-down",
-        500,
+        "pump off for 120 ms: the manifold rises 10 kPa above all that was there, or 8 kPa when shut off",
+        2000,
         Vent,
         High,
         CommandThenSelfTest,
@@ -153,8 +153,8 @@ pub const TABLE: [Row; 40] = [
     ),
     row(
         Fault::PumpNotDelivering,
-        "pump commanded on and the pressure does not rise by its share",
-        2000,
+        "pump on for 32 ms and the pressure rises by less than a quarter of what the weakest pump gives; or a chamber 10 kPa short of a setpoint that has rested for 12 s",
+        13000,
         Vent,
         Medium,
         CommandThenSelfTest,
@@ -162,25 +162,17 @@ pub const TABLE: [Row; 40] = [
     ),
     row(
         Fault::LeakSlow,
-        "a chamber is found lower than it was left, look after look",
-        30_000,
+        "setpoints at rest for 1 s: a chamber lost 5 kPa beside 0.25 kPa/s, in small steps, top-ups not counted",
+        30000,
         Warn,
         Low,
         Command,
         TESTED,
     ),
-    row(
-        Fault::LeakBurst,
-        "pressure falls with pump off and dump closed, faster than cooling and settling explain",
-        2000,
-        Vent,
-        Medium,
-        CommandThenSelfTest,
-        TESTED,
-    ),
+    row(Fault::LeakBurst, "the same with 10 kPa, or 25 kPa at once", 12000, Vent, Medium, CommandThenSelfTest, TESTED),
     row(
         Fault::BendDisagrees,
-        "bend differs from the model's bend of the estimated pressures by more than its bound, which grows in motion",
+        "bend differs from the model's of the estimated pressures for 240 ms by more than 16..37 degrees and a sixteenth, and 1.25 times the way still to go in motion",
         2000,
         Vent,
         Medium,
@@ -189,25 +181,33 @@ pub const TABLE: [Row; 40] = [
     ),
     row(
         Fault::BendSensorFailed,
-        "bend reading outside its electrical range for 5 ms, or not moving in a large motion",
-        2000,
+        "reading outside its electrical range for 5 ms; or it stands still while it disagrees",
+        12000,
         FallBackToPressure,
         Low,
         Command,
         "the reading is plausible",
     ),
-    row(Fault::TickOverrun, "ten late ticks within a second", 1000, Vent, Medium, Command, "no late tick for a second"),
-    row(Fault::TaskHang, "the watchdog restarted the firmware", 200, Vent, High, Command, "-"),
+    row(
+        Fault::TickOverrun,
+        "more late ticks than one in 100, by ten",
+        1000,
+        Vent,
+        Medium,
+        Command,
+        "no late tick for a second",
+    ),
+    row(Fault::TaskHang, "the watchdog, or a panic, restarted the firmware", 200, Vent, High, Command, "always"),
     row(
         Fault::LinkLost,
-        "no valid frame for a second while a host drives the finger",
+        "no valid frame for 1 s while a host drives the finger by hand",
         1001,
         Vent,
         Medium,
         Command,
         "a frame was heard",
     ),
-    row(Fault::PowerDip, "brown-out reset", 200, Vent, Medium, Command, "-"),
+    row(Fault::PowerDip, "brown-out reset", 200, Vent, Medium, Command, "always"),
     row(
         Fault::SettingsCorrupt,
         "no stored record is whole, and there are damaged ones",
@@ -217,8 +217,8 @@ pub const TABLE: [Row; 40] = [
         Command,
         "-",
     ),
-    row(Fault::SessionTime, "under pressure for 60 min in a session", 1, Vent, Low, Command, "-"),
-    row(Fault::SessionCycles, "2000 bends in a session", 1, Vent, Low, Command, "-"),
+    row(Fault::SessionTime, "under pressure for 60 min in a session", 1, Vent, Low, Command, "always"),
+    row(Fault::SessionCycles, "2000 bends in a session", 1, Vent, Low, Command, "always"),
 ];
 
 const fn row(

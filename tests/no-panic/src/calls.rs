@@ -56,6 +56,18 @@ pub const IDENTIFIED: Identified = Identified {
     points: 0,
     ready: false,
 };
+/// What the supervisor looks at beside.
+pub const CONTEXT: Context = Context {
+    activity: Activity::Driving,
+    host_drives: true,
+    pressure_zero: Pressure::ZERO,
+    bend_zero: Bend::ZERO,
+    manifold: Pressure::ZERO,
+    chambers: &PRESSURES,
+    setpoints: &PRESSURES,
+    commanded: &Actuation::SAFE,
+    coefficients: &[calibration::DEFAULT; 3],
+};
 /// Everything.
 pub fn all() {
     actuation();
@@ -292,17 +304,7 @@ fn players() {
 #[inline(never)]
 fn supervisor() {
     let mut supervisor = any(Supervisor::new());
-    let context = any(Context {
-        activity: any(Activity::Driving),
-        host_drives: any(true),
-        pressure_zero: any(Pressure::ZERO),
-        bend_zero: any(Bend::ZERO),
-        manifold: any(Pressure::ZERO),
-        chambers: &any(PRESSURES),
-        setpoints: &any(PRESSURES),
-        commanded: &any(Actuation::SAFE),
-        coefficients: &any([calibration::DEFAULT; 3]),
-    });
+    let context = any(CONTEXT);
     consume(Supervisor::watch(&mut supervisor, &any(INPUTS), &context));
     let mut supervisor = any(supervisor);
     Supervisor::latch(&mut supervisor, any(Fault::OverPressure));

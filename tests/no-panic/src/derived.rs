@@ -22,7 +22,7 @@ use model_core::self_test::{Part, SelfTest, Verdict};
 use model_core::sequence::player::{Player, Reference};
 use model_core::sequence::{Sequence, SequenceError, Step, Target};
 use model_core::supervisor::fault::{Action, Clearing, FaultSet, Priority, Row};
-use model_core::supervisor::{Activity, Supervisor};
+use model_core::supervisor::{Activity, Context, Supervisor};
 use model_core::units::{Bend, CoefficientError, Coefficients, Millis, Pressure};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -113,6 +113,7 @@ fn controller() {
     ordered::<Priority>(&Priority::Low);
     plain::<Action>(&Action::Vent);
     plain::<Activity>(&Activity::Driving);
+    cloned::<Context>(&crate::calls::CONTEXT);
     plain::<Clearing>(&Clearing::Command);
     cloned::<Row>(&model_core::supervisor::table::TABLE[0]);
     plain::<Mode>(&Mode::Vented);
