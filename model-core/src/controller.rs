@@ -421,6 +421,7 @@ impl Controller {
                 chambers: &chambers,
                 setpoints: &self.setpoints,
                 commanded: &self.commanded,
+                identifies: matches!(&self.reference, Source::Sequence(player) | Source::Paused(player, _) if player.sequence().identifies()),
                 coefficients: &self.coefficients,
             },
         );

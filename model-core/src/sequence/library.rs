@@ -105,7 +105,8 @@ static CALIBRATE: Sequence = Sequence::new(
     "Each segment alone to 150 kPa by 30: for its coefficients to be identified",
     &CALIBRATE_STEPS,
     1,
-);
+)
+.for_identification();
 
 /// All built-in sequences.
 pub static ALL: [&Sequence; 15] = [

@@ -118,6 +118,7 @@ pub struct Sequence {
     pub description: &'static str,
     steps: &'static [Step],
     repeats: u16,
+    identifies: bool,
 }
 
 /// What is wrong with a table.
@@ -217,7 +218,19 @@ impl Sequence {
         if once * repeats as u64 > MAX_DURATION.0 as u64 {
             return Err(SequenceError::Duration);
         }
-        Ok(Self { name, description, steps, repeats })
+        Ok(Self { name, description, steps, repeats, identifies: false })
+    }
+
+    /// The same for a finger that the calibration in use does not fit: its bend may be far from the model's while it runs.
+    #[must_use]
+    pub const fn for_identification(self) -> Self {
+        Self { identifies: true, ..self }
+    }
+
+    /// Whether the finger's bend may be far from the model's.
+    #[must_use]
+    pub const fn identifies(&self) -> bool {
+        self.identifies
     }
 
     /// The steps, in order; at least one.

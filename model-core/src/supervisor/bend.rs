@@ -19,6 +19,8 @@ const BOUND_SHIFT: u32 = 4;
 const NEAR_ZERO: (Pressure, Bend) = (Pressure::from_kpa(3), Bend::from_deg(9));
 const LOW: (Pressure, Bend) = (Pressure::from_kpa(15), Bend::from_deg(4));
 const HIGH: Bend = Bend::from_deg(2);
+/// While a finger is being identified, by this too: one segment alone, from the stiffest coefficients admitted to the softest.
+const UNKNOWN_FINGER: Bend = Bend::from_deg(60);
 /// In motion by the lag's own error, this many quarters of the way that is left, and for a while after.
 const MOTION_QUARTERS: i32 = 5;
 const MOTION_FADES: u32 = 6;
@@ -77,12 +79,13 @@ impl Residual {
         }
     }
 
-    /// One tick: the reading, if it is one, and the chambers' estimates.
+    /// One tick: the reading, if it is one, and the chambers' estimates; whether the coefficients may be far off.
     pub(super) fn watch(
         &mut self,
         reading: Option<Bend>,
         chambers: &PerSegment<Pressure>,
         coefficients: &PerSegment<Coefficients>,
+        identifies: bool,
     ) -> Verdict {
         self.failed = if reading.is_none() { self.failed.saturating_add(1) } else { 0 };
         if let Some(reading) = reading {
@@ -101,7 +104,7 @@ impl Residual {
             let (large, small) = (self.widest.max(margin), self.widest.min(margin));
             self.margins = self.margins + Bend::from_bits(small.to_bits() / 2);
             self.widest = large;
-        } else if reading.is_some() && self.started && self.differs() {
+        } else if reading.is_some() && self.started && self.differs(identifies) {
             let stands_still = self.roughness < SMOOTH && self.seen < RANGE_END;
             verdict = if stands_still { Verdict::SensorFailed } else { Verdict::Disagrees };
         }
@@ -122,7 +125,7 @@ impl Residual {
     }
 
     /// Ends a round.
-    fn differs(&mut self) -> bool {
+    fn differs(&mut self, identifies: bool) -> bool {
         let target = core::mem::take(&mut self.sum);
         self.expected = blend(self.expected, target, LAG_SHARE);
         let left = (target - self.expected).abs();
@@ -131,6 +134,7 @@ impl Residual {
         let motion = Bend::from_bits((self.motion.to_bits() >> 2).saturating_mul(MOTION_QUARTERS));
         let margins = core::mem::take(&mut self.widest) + core::mem::take(&mut self.margins);
         let bound = BOUND + margins + Bend::from_bits(self.expected.to_bits() >> BOUND_SHIFT) + motion;
+        let bound = if identifies { bound + UNKNOWN_FINGER } else { bound };
         super::held::lasts(&mut self.off, (self.seen - self.expected).abs() > bound, ROUNDS)
     }
 
@@ -158,7 +162,7 @@ mod tests {
         let mut residual = Residual::new();
         ticks.enumerate().find_map(|(tick, (chamber, reading))| {
             let reading = reading.map(Bend::from_f64_deg);
-            let verdict = residual.watch(reading, &[Pressure::from_f64_kpa(chamber); 3], &FINGER);
+            let verdict = residual.watch(reading, &[Pressure::from_f64_kpa(chamber); 3], &FINGER, false);
             (verdict != Verdict::Agrees).then_some((tick, verdict))
         })
     }

@@ -67,6 +67,8 @@ pub struct Context<'a> {
     pub setpoints: &'a PerSegment<Pressure>,
     /// The last tick's.
     pub commanded: &'a Actuation,
+    /// A sequence runs that is there to find the coefficients: those in use may be far off.
+    pub identifies: bool,
     /// The model's.
     pub coefficients: &'a PerSegment<Coefficients>,
 }
@@ -166,7 +168,7 @@ impl Supervisor {
 
     fn look_at_bend(&mut self, inputs: &Inputs, context: &Context) {
         let reading = inputs.bend.valid().map(|bend| bend - context.bend_zero);
-        match self.bend.watch(reading, context.chambers, context.coefficients) {
+        match self.bend.watch(reading, context.chambers, context.coefficients, context.identifies) {
             Verdict::SensorFailed => self.latch(Fault::BendSensorFailed),
             // The self test opens valves onto chambers whose estimates do not know of it.
             Verdict::Disagrees
@@ -250,6 +252,7 @@ mod tests {
         chambers: &[Pressure::ZERO; 3],
         setpoints: &[Pressure::ZERO; 3],
         commanded: &Actuation::SAFE,
+        identifies: false,
         coefficients: &[calibration::DEFAULT; 3],
     };
 

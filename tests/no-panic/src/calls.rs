@@ -60,6 +60,7 @@ pub const IDENTIFIED: Identified = Identified {
 pub const CONTEXT: Context = Context {
     activity: Activity::Driving,
     host_drives: true,
+    identifies: false,
     pressure_zero: Pressure::ZERO,
     bend_zero: Bend::ZERO,
     manifold: Pressure::ZERO,
@@ -226,18 +227,18 @@ fn observer() {
     Observer::measure(&mut observer, any(Pressure::ZERO));
     let mut observer = any(observer);
     Observer::commanded(&mut observer, &any(Actuation::SAFE));
-    let mut observer = any(observer);
-    Observer::equalised(&mut observer, any([false; 3]), any(Pressure::ZERO), any(Pressure::ZERO));
     let observer = any(observer);
     consume(Observer::air_rests(&observer));
     consume(Observer::chambers(&observer));
     consume(Observer::flows(&observer));
     consume(Observer::manifold(&observer));
-    consume(Observer::manifold_at_rest(&observer));
+    consume(Observer::ahead(&observer));
+    consume(Observer::innovation(&observer));
     consume(Observer::pump_ticks_pending(&observer));
     consume(Observer::dump_ticks_pending(&observer));
     consume(Observer::pneumatics(&observer));
     consume(Observer::level(&observer, any([false; 3])));
+    consume(Observer::volumes(&observer));
     consume(Observer::volume(&observer, any([false; 3])));
 }
 
@@ -247,6 +248,7 @@ fn pneumatics() {
     consume(DeadTicks::new(any(0)));
     consume(DeadTicks::get(pneumatics.dead_ticks));
     consume(Pneumatics::pump_flow(&pneumatics, any(Pressure::ZERO)));
+    consume(Pneumatics::growth(&pneumatics, any(Pressure::ZERO)));
     consume(Pneumatics::valve_flow(&pneumatics, any(Pressure::ZERO), any(Pressure::ZERO)));
 }
 

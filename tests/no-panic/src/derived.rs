@@ -11,7 +11,7 @@ use model_core::calibration;
 use model_core::controller::{Command, Controller, Fault, Inputs, Mode, Outputs, Reading, Rejection};
 use model_core::identification::Identified;
 use model_core::inverse::Tabulated;
-use model_core::observer::{DeadTicks, Observer, Pneumatics};
+use model_core::observer::{Ahead, DeadTicks, Observer, Pneumatics};
 use model_core::protocol::frame::{self, Decoder, FrameError, MAX_FRAME};
 use model_core::protocol::handler::Effect;
 use model_core::protocol::message::{
@@ -129,6 +129,7 @@ fn states() {
     plain::<Identified>(&IDENTIFIED);
     let observer = Observer::new(Pneumatics::NOMINAL);
     cloned::<Observer>(&observer);
+    plain::<Ahead>(&observer.ahead());
     plain::<DeadTicks>(&DeadTicks::MAX);
     plain::<Pneumatics>(&Pneumatics::NOMINAL);
     let regulator = Regulator::new();
