@@ -28,6 +28,14 @@ pub const BEND_ZERO_LIMIT: Bend = Bend::from_deg(8);
 /// air has left by then.
 const ZERO_TICKS: u16 = 400;
 
+/// For so many ticks a finger that a fault has vented stays so before the diagnosis closes a valve.
+const DIAGNOSIS_TICKS: u16 = 1000;
+/// The same where the bend sensor cannot witness that it is empty: three chambers of twice the nominal volume behind valves of
+/// 0.7 of the nominal conductance vent in 5 s, and half as much again.
+const BLIND_DIAGNOSIS_TICKS: u16 = 7500;
+/// A finger bent less than this in sum is empty: one chamber alone then has 4 kPa.
+const STRAIGHT: Bend = Bend::from_deg(15);
+
 /// What a sensor said this tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reading<T> {
@@ -217,7 +225,8 @@ pub struct Controller {
 /// The self test's phases under a latched fault.
 #[derive(Clone, Debug)]
 enum Diagnosis {
-    NotYet,
+    /// Vented by the fault for so many ticks: not yet.
+    Venting(u16),
     Runs(SelfTest),
     Done,
 }
@@ -253,7 +262,7 @@ impl Controller {
             rested: 0,
             bend_zero: Bend::ZERO,
             self_test: None,
-            diagnosis: Diagnosis::NotYet,
+            diagnosis: Diagnosis::Venting(0),
             activity: Activity::Vented,
             commanded: Actuation::SAFE,
             setpoints: [Pressure::ZERO; 3],
@@ -321,7 +330,7 @@ impl Controller {
             Command::ClearFault => {
                 let inputs = self.inputs.ok_or(Rejection::NoFault)?;
                 let cleared = self.supervisor.clear(&inputs)?;
-                self.diagnosis = Diagnosis::NotYet;
+                self.diagnosis = Diagnosis::Venting(0);
                 if cleared.iter().any(|fault| fault.clearing() == Clearing::CommandThenSelfTest) {
                     self.self_test = Some(SelfTest::new());
                 }
@@ -492,7 +501,11 @@ impl Controller {
             self.diagnosis = Diagnosis::Done;
             return None;
         }
-        if matches!(self.diagnosis, Diagnosis::NotYet) {
+        if let Diagnosis::Venting(ticks) = self.diagnosis {
+            if ticks < DIAGNOSIS_TICKS || !self.is_straight(inputs) && ticks < BLIND_DIAGNOSIS_TICKS {
+                self.diagnosis = Diagnosis::Venting(ticks.saturating_add(1));
+                return None;
+            }
             self.diagnosis = Diagnosis::Runs(SelfTest::new());
         }
         let Diagnosis::Runs(test) = &mut self.diagnosis else { return None };
@@ -511,6 +524,14 @@ impl Controller {
         }
         self.diagnosis = Diagnosis::Done;
         None
+    }
+
+    /// The bend sensor works and says that the finger is straight: no chamber holds more than some kPa. That is another
+    /// witness than the pressure sensor, which may be what failed.
+    fn is_straight(&self, inputs: &Inputs) -> bool {
+        let works = !self.supervisor.faults().contains(Fault::BendSensorFailed);
+        let straight = |bend: Bend| (bend - self.bend_zero).abs() <= STRAIGHT;
+        works && inputs.bend.valid().is_some_and(straight)
     }
 
     /// The self test's tick, while there is one: a failure is latched as a fault, and whatever fault there is starts the

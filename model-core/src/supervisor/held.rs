@@ -8,9 +8,9 @@ pub(super) struct Held {
 }
 
 impl Held {
-    /// For ever.
+    /// From now on: what was before is not known.
     pub(super) const fn new(on: bool) -> Self {
-        Self { on, ticks: u16::MAX }
+        Self { on, ticks: 0 }
     }
 
     /// One more tick of it.
@@ -48,7 +48,7 @@ mod tests {
     #[test]
     fn a_change_starts_the_clock() {
         let mut held = Held::new(false);
-        assert!(held.off_for(u16::MAX) && !held.on_for(0));
+        assert!(held.off_for(0) && !held.off_for(1) && !held.on_for(0));
         held.push(true);
         assert!(held.on_for(0) && !held.on_for(1) && !held.off_for(0));
         held.push(true);

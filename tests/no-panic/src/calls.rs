@@ -60,6 +60,7 @@ pub const IDENTIFIED: Identified = Identified {
 pub const CONTEXT: Context = Context {
     activity: Activity::Driving,
     host_drives: true,
+    identifies: false,
     pressure_zero: Pressure::ZERO,
     bend_zero: Bend::ZERO,
     manifold: Pressure::ZERO,
