@@ -162,7 +162,7 @@ pub const TABLE: [Row; 40] = [
     ),
     row(
         Fault::LeakSlow,
-        "setpoints at rest for 1 s: a chamber lost 5 kPa beside 0.25 kPa/s, in small steps, top-ups not counted",
+        "setpoints at rest for 1 s: a chamber lost 6 kPa beside 0.4 kPa/s, in small steps, top-ups not counted",
         30000,
         Warn,
         Low,
