@@ -57,33 +57,45 @@ const SHORT_OF: Pressure = Pressure::from_kpa(10);
 /// ... for so long after its setpoint moved last is not filled: three chambers to 150 kPa take 6.5 s on the slowest plant.
 const SHORT_TICKS: u16 = 12_000;
 
+/// Air in the manifold and in each open chamber, in kPa of the manifold alone, 2^-16.
+type Air = [i32; 4];
+
+/// Windows in a row in which too little moved.
+const SHORT_WINDOWS: u8 = 2;
+
 /// Air that must come or go, and what has.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 struct Expectation {
     expected: i32,
     /// None until what is open has been the same for a tick.
-    from: Option<i32>,
+    from: Option<Air>,
+    short: u8,
 }
 
 impl Expectation {
-    /// Starts over with the next tick.
-    const fn stop(&mut self) {
-        *self = Self { expected: 0, from: None };
-    }
+    const NONE: Self = Self { expected: 0, from: None, short: 0 };
 
-    /// Adds what one more tick must add or take away at least. When that is enough to judge by, says whether too
-    /// little moved, and starts over.
-    fn outcome(&mut self, rise: bool, at_least: i32, enough: i32, air: i32) -> Option<bool> {
+    /// Adds what one more tick must add (or take away, `sign` -1) at least; starts a new window when that is enough to judge
+    /// by. True when too little moved, twice in a row unless the reading stands still.
+    fn falls_short(&mut self, sign: i32, at_least: i32, enough: i32, air: Air, still: bool) -> bool {
         let from = *self.from.get_or_insert(air);
-        let moved = if rise { air.saturating_sub(from) } else { from.saturating_sub(air) };
         self.expected = self.expected.saturating_add(at_least);
         if self.expected < enough {
-            return None;
+            return false;
         }
-        // Chambers of twice the volume take twice the air that is counted for them; as much again for the estimates.
-        let short = moved < self.expected / 4;
-        *self = Self { expected: 0, from: Some(air) };
-        Some(short)
+        let (mut moved, mut gross) = (0_i32, 0_i32);
+        for (now, then) in air.into_iter().zip(from) {
+            let change = now.saturating_sub(then);
+            moved = moved.saturating_add(change.saturating_mul(sign));
+            gross = gross.saturating_add(change.saturating_abs());
+        }
+        // What passes from one volume to another is counted wrongly by as much as their sizes are: by half at the most. And
+        // chambers of twice the volume take twice the air that is counted for them; as much again for the estimates.
+        let margin = if still { 0 } else { gross / 2 };
+        let short = moved.saturating_add(margin) < self.expected / 4;
+        self.short = if short { self.short.saturating_add(1) } else { 0 };
+        (self.expected, self.from) = (0, Some(air));
+        self.short >= if still { 1 } else { SHORT_WINDOWS }
     }
 }
 
@@ -141,8 +153,8 @@ impl Pneumatics {
             above: 0,
             above_alone: 0,
             below_alone: 0,
-            rise: Expectation { expected: 0, from: None },
-            fall: Expectation { expected: 0, from: None },
+            rise: Expectation::NONE,
+            fall: Expectation::NONE,
             stood_still: false,
             setpoints: [Pressure::ZERO; 3],
             still: 0,
@@ -158,8 +170,8 @@ impl Pneumatics {
         self.remember(look.commanded);
         if look.stands_still != self.stood_still {
             self.stood_still = look.stands_still;
-            self.rise.stop();
-            self.fall.stop();
+            self.rise = Expectation::NONE;
+            self.fall = Expectation::NONE;
         }
         self.nothing_rises_without_the_pump(look)
             .or_else(|| self.the_manifold_alone_keeps_its_air(look))
@@ -220,18 +232,19 @@ impl Pneumatics {
         lasts(&mut self.below_alone, look.manifold < self.highest - margin, TICKS).then_some(Fault::DumpStuckOpen)
     }
 
-    /// Air in the manifold and the open chambers, in kPa of the manifold alone, 2^-16: what passes between them does not
-    /// change it.
-    ///
     /// While the reading stands still it alone counts, for all: the estimates move by what was commanded.
-    fn air(&self, look: &Look) -> i32 {
+    fn air(&self, look: &Look) -> Air {
         if look.stands_still {
-            return (look.manifold.to_bits() / 16).saturating_mul(self.volume_16ths());
+            return [(look.manifold.to_bits() / 16).saturating_mul(self.volume_16ths()), 0, 0, 0];
         }
-        let open = self.valves.iter().zip(look.chambers).filter(|(valve, _)| !valve.off_for(OBEYED));
-        open.fold(look.manifold.to_bits(), |air, (_, chamber)| {
-            air.saturating_add((chamber.to_bits() / 16).saturating_mul(CHAMBER_16THS))
-        })
+        let mut air = [look.manifold.to_bits(), 0, 0, 0];
+        let chambers = self.valves.iter().zip(look.chambers);
+        for ((valve, chamber), own) in chambers.zip(air.iter_mut().skip(1)) {
+            if !valve.off_for(OBEYED) {
+                *own = (chamber.to_bits() / 16).saturating_mul(CHAMBER_16THS);
+            }
+        }
+        air
     }
 
     /// Volume of manifold and open chambers, in 16ths of the manifold's.
@@ -246,9 +259,8 @@ impl Pneumatics {
     }
 
     fn the_pump_delivers(&mut self, look: &Look) -> Option<Fault> {
-        let air = self.air(look);
         if !(self.pump.on_for(OBEYED) && self.dump.off_for(OBEYED) && self.valves_unchanged()) {
-            self.rise.stop();
+            self.rise = Expectation::NONE;
             return None;
         }
         /// Half of the nominal flow, kPa of the manifold alone per tick in 2^-16, for each kPa below the pressure at which the
@@ -256,18 +268,15 @@ impl Pneumatics {
         const PER_ROOM: i32 = Nominal::NOMINAL.pump_rate.to_bits() / 2 / 200;
         let room = (200 - (look.manifold.to_bits() >> 16)).clamp(0, 200);
         let enough = self.enough(look);
-        match self.rise.outcome(true, room * PER_ROOM, enough, air) {
-            Some(true) if look.stands_still => Some(Fault::PressureSensorStuck),
-            Some(true) => Some(Fault::PumpNotDelivering),
-            _ => None,
-        }
+        let (air, still) = (self.air(look), look.stands_still);
+        let short = self.rise.falls_short(1, room * PER_ROOM, enough, air, still);
+        short.then_some(if still { Fault::PressureSensorStuck } else { Fault::PumpNotDelivering })
     }
 
     fn the_dump_lets_out(&mut self, look: &Look) -> Option<Fault> {
-        let air = self.air(look);
         let enough_left = look.manifold > const { Pressure::from_kpa(10) };
         if !(self.dump.on_for(OBEYED) && self.pump.off_for(STOPPED) && self.valves_unchanged() && enough_left) {
-            self.fall.stop();
+            self.fall = Expectation::NONE;
             return None;
         }
         /// A valve lets out at least 0.0085 kPa/ms of the manifold alone for each kPa (ISO 6358, between 10 and 150 kPa);
@@ -275,11 +284,9 @@ impl Pneumatics {
         const PER_KPA: i32 = 65_536 * 595 / 100_000;
         let at_least = (look.manifold.to_bits() >> 16).clamp(0, 200) * PER_KPA;
         let enough = self.enough(look);
-        match self.fall.outcome(false, at_least, enough, air) {
-            Some(true) if look.stands_still => Some(Fault::PressureSensorStuck),
-            Some(true) => Some(Fault::DumpStuckClosed),
-            _ => None,
-        }
+        let (air, still) = (self.air(look), look.stands_still);
+        let short = self.fall.falls_short(-1, at_least, enough, air, still);
+        short.then_some(if still { Fault::PressureSensorStuck } else { Fault::DumpStuckClosed })
     }
 
     fn chambers_keep_their_air(&mut self, look: &Look) -> Option<Fault> {
