@@ -61,7 +61,7 @@ const SHORT_TICKS: u16 = 12_000;
 type Air = [i32; 4];
 
 /// Windows in a row in which too little moved.
-const SHORT_WINDOWS: u8 = 2;
+const SHORT_WINDOWS: u8 = 3;
 
 /// Air that must come or go, and what has.
 #[derive(Clone, Copy, Debug)]
@@ -76,7 +76,7 @@ impl Expectation {
     const NONE: Self = Self { expected: 0, from: None, short: 0 };
 
     /// Adds what one more tick must add (or take away, `sign` -1) at least; starts a new window when that is enough to judge
-    /// by. True when too little moved, twice in a row unless the reading stands still.
+    /// by. True when too little moved, [`SHORT_WINDOWS`] times in a row unless the reading stands still.
     fn falls_short(&mut self, sign: i32, at_least: i32, enough: i32, air: Air, still: bool) -> bool {
         let from = *self.from.get_or_insert(air);
         self.expected = self.expected.saturating_add(at_least);
