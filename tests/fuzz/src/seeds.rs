@@ -169,6 +169,9 @@ pub fn sessions() -> Vec<Seed> {
         0,
         &[vec![13, 4, 40, 0, 14, 4, 100, 0], long(30), vec![5], long(30), vec![13, 3, 3, 0], wait(0), vec![5]],
     );
+    let calibrates = run(library_index("calibrate"));
+    let fifteen_s = WAIT_5_S.repeat(3);
+    add("identify", 0, &[long(50), calibrates, fifteen_s, vec![17], vec![3], long(50), vec![18], wait(1)]);
     add(
         "noise-on-the-line",
         0,
