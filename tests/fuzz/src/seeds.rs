@@ -179,3 +179,7 @@ pub fn sessions() -> Vec<Seed> {
     );
     seeds
 }
+
+fn library_index(name: &str) -> u8 {
+    model_core::sequence::library::ALL.iter().position(|sequence| sequence.name == name).unwrap_or(0) as u8
+}
