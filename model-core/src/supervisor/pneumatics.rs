@@ -29,7 +29,9 @@ const TICKS: u8 = 6;
 /// What is still there when the finger must have been empty for long: pump or dump do not obey.
 const NOT_EMPTY: Pressure = Pressure::from_kpa(4);
 
-/// A movement that must have been at least so large is compared with what was seen ...
+/// A chamber's volume in 16ths of the manifold's, as nominal.
+const CHAMBER_16THS: i32 = Nominal::NOMINAL.chamber_ratio.to_bits() >> 12;
+/// A movement that must have been at least so large, everywhere that is open, is compared with what was seen ...
 const EXPECTED: Pressure = Pressure::from_kpa(5);
 /// ... or of this size when the reading stands still: the true pressure may move six times as fast.
 const EXPECTED_STILL: Pressure = Pressure::from_milli_kpa(1500);
@@ -55,23 +57,45 @@ const SHORT_OF: Pressure = Pressure::from_kpa(10);
 /// ... for so long after its setpoint moved last is not filled: three chambers to 150 kPa take 6.5 s on the slowest plant.
 const SHORT_TICKS: u16 = 12_000;
 
-/// A movement that must come, and what has come.
-#[derive(Clone, Copy, Debug, Default)]
+/// Air in the manifold and in each open chamber, in kPa of the manifold alone, 2^-16.
+type Air = [i32; 4];
+
+/// Windows in a row in which too little moved.
+const SHORT_WINDOWS: u8 = 2;
+
+/// Air that must come or go, and what has.
+#[derive(Clone, Copy, Debug)]
 struct Expectation {
     expected: i32,
-    from: Pressure,
+    /// None until what is open has been the same for a tick.
+    from: Option<Air>,
+    short: u8,
 }
 
 impl Expectation {
-    /// Starts over.
-    const fn restart(&mut self, manifold: Pressure) {
-        (self.expected, self.from) = (0, manifold);
-    }
+    const NONE: Self = Self { expected: 0, from: None, short: 0 };
 
-    /// Adds what one more tick must bring at least; true when enough was expected and too little came.
-    const fn falls_short(&mut self, at_least: i32, enough: Pressure, moved: i32) -> bool {
+    /// Adds what one more tick must add (or take away, `sign` -1) at least; starts a new window when that is enough to judge
+    /// by. True when too little moved, twice in a row unless the reading stands still.
+    fn falls_short(&mut self, sign: i32, at_least: i32, enough: i32, air: Air, still: bool) -> bool {
+        let from = *self.from.get_or_insert(air);
         self.expected = self.expected.saturating_add(at_least);
-        self.expected >= enough.to_bits() && moved < self.expected / 4
+        if self.expected < enough {
+            return false;
+        }
+        let (mut moved, mut gross) = (0_i32, 0_i32);
+        for (now, then) in air.into_iter().zip(from) {
+            let change = now.saturating_sub(then);
+            moved = moved.saturating_add(change.saturating_mul(sign));
+            gross = gross.saturating_add(change.saturating_abs());
+        }
+        // What passes from one volume to another is counted wrongly by as much as their sizes are: by half at the most. And
+        // chambers of twice the volume take twice the air that is counted for them; as much again for the estimates.
+        let margin = if still { 0 } else { gross / 2 };
+        let short = moved.saturating_add(margin) < self.expected / 4;
+        self.short = if short { self.short.saturating_add(1) } else { 0 };
+        (self.expected, self.from) = (0, Some(air));
+        self.short >= if still { 1 } else { SHORT_WINDOWS }
     }
 }
 
@@ -105,6 +129,8 @@ pub(super) struct Pneumatics {
     below_alone: u8,
     rise: Expectation,
     fall: Expectation,
+    /// The reading stood still in the last tick.
+    stood_still: bool,
     setpoints: PerSegment<Pressure>,
     /// Ticks since a setpoint moved.
     still: u16,
@@ -127,8 +153,9 @@ impl Pneumatics {
             above: 0,
             above_alone: 0,
             below_alone: 0,
-            rise: Expectation { expected: 0, from: Pressure::ZERO },
-            fall: Expectation { expected: 0, from: Pressure::ZERO },
+            rise: Expectation::NONE,
+            fall: Expectation::NONE,
+            stood_still: false,
             setpoints: [Pressure::ZERO; 3],
             still: 0,
             until_sample: SAMPLE,
@@ -141,6 +168,11 @@ impl Pneumatics {
     /// One tick; the fault that shows.
     pub(super) fn watch(&mut self, look: &Look) -> Option<Fault> {
         self.remember(look.commanded);
+        if look.stands_still != self.stood_still {
+            self.stood_still = look.stands_still;
+            self.rise = Expectation::NONE;
+            self.fall = Expectation::NONE;
+        }
         self.nothing_rises_without_the_pump(look)
             .or_else(|| self.the_manifold_alone_keeps_its_air(look))
             .or_else(|| self.the_pump_delivers(look))
@@ -200,59 +232,61 @@ impl Pneumatics {
         lasts(&mut self.below_alone, look.manifold < self.highest - margin, TICKS).then_some(Fault::DumpStuckOpen)
     }
 
+    /// While the reading stands still it alone counts, for all: the estimates move by what was commanded.
+    fn air(&self, look: &Look) -> Air {
+        if look.stands_still {
+            return [(look.manifold.to_bits() / 16).saturating_mul(self.volume_16ths()), 0, 0, 0];
+        }
+        let mut air = [look.manifold.to_bits(), 0, 0, 0];
+        let chambers = self.valves.iter().zip(look.chambers);
+        for ((valve, chamber), own) in chambers.zip(air.iter_mut().skip(1)) {
+            if !valve.off_for(OBEYED) {
+                *own = (chamber.to_bits() / 16).saturating_mul(CHAMBER_16THS);
+            }
+        }
+        air
+    }
+
+    /// Volume of manifold and open chambers, in 16ths of the manifold's.
+    fn volume_16ths(&self) -> i32 {
+        self.open().saturating_mul(CHAMBER_16THS).saturating_add(16)
+    }
+
+    /// How much air must have been expected to move before what moved is judged, 2^-16.
+    fn enough(&self, look: &Look) -> i32 {
+        let enough = if look.stands_still { EXPECTED_STILL } else { EXPECTED };
+        (enough.to_bits() / 16).saturating_mul(self.volume_16ths())
+    }
+
     fn the_pump_delivers(&mut self, look: &Look) -> Option<Fault> {
         if !(self.pump.on_for(OBEYED) && self.dump.off_for(OBEYED) && self.valves_unchanged()) {
-            self.rise.restart(look.manifold);
+            self.rise = Expectation::NONE;
             return None;
         }
-        /// Half of the nominal flow into one, two, three and four volumes of the largest chambers (twice the nominal), kPa
-        /// per tick in 2^-16 for each kPa below the pressure at which the weakest pump counts as stalled.
-        const PER_ROOM: [i32; 4] = {
-            let mut per_room = [0; 4];
-            let (mut open, volume) = (0, 2 * Nominal::NOMINAL.chamber_ratio.to_bits() as i64);
-            while open < 4 {
-                let rate = Nominal::NOMINAL.pump_rate.to_bits() as i64 * 65_536 / 2;
-                per_room[open] = (rate / (65_536 + open as i64 * volume) / 200) as i32;
-                open += 1;
-            }
-            per_room
-        };
+        /// Half of the nominal flow, kPa of the manifold alone per tick in 2^-16, for each kPa below the pressure at which the
+        /// weakest pump counts as stalled.
+        const PER_ROOM: i32 = Nominal::NOMINAL.pump_rate.to_bits() / 2 / 200;
         let room = (200 - (look.manifold.to_bits() >> 16)).clamp(0, 200);
-        let at_least = room * at(PER_ROOM, self.open());
-        let moved = (look.manifold - self.rise.from).to_bits();
-        let enough = if look.stands_still { EXPECTED_STILL } else { EXPECTED };
-        let short = self.rise.falls_short(at_least, enough, moved);
-        if self.rise.expected >= EXPECTED.to_bits() {
-            self.rise.restart(look.manifold);
-        }
-        short.then_some(if look.stands_still { Fault::PressureSensorStuck } else { Fault::PumpNotDelivering })
+        let enough = self.enough(look);
+        let (air, still) = (self.air(look), look.stands_still);
+        let short = self.rise.falls_short(1, room * PER_ROOM, enough, air, still);
+        short.then_some(if still { Fault::PressureSensorStuck } else { Fault::PumpNotDelivering })
     }
 
     fn the_dump_lets_out(&mut self, look: &Look) -> Option<Fault> {
         let enough_left = look.manifold > const { Pressure::from_kpa(10) };
         if !(self.dump.on_for(OBEYED) && self.pump.off_for(STOPPED) && self.valves_unchanged() && enough_left) {
-            self.fall.restart(look.manifold);
+            self.fall = Expectation::NONE;
             return None;
         }
         /// A valve lets out at least 0.0085 kPa/ms of the manifold alone for each kPa (ISO 6358, between 10 and 150 kPa);
-        /// 0.7 of that, from the same volumes as above, in 2^-16.
-        const PER_KPA: [i32; 4] = {
-            let mut per_kpa = [0; 4];
-            let (mut open, volume) = (0, 2 * Nominal::NOMINAL.chamber_ratio.to_bits() as i64);
-            while open < 4 {
-                per_kpa[open] = (65_536 * 65_536 * 595 / 100_000 / (65_536 + open as i64 * volume)) as i32;
-                open += 1;
-            }
-            per_kpa
-        };
-        let at_least = (look.manifold.to_bits() >> 16).clamp(0, 200) * at(PER_KPA, self.open());
-        let moved = (self.fall.from - look.manifold).to_bits();
-        let enough = if look.stands_still { EXPECTED_STILL } else { EXPECTED };
-        let short = self.fall.falls_short(at_least, enough, moved);
-        if self.fall.expected >= EXPECTED.to_bits() {
-            self.fall.restart(look.manifold);
-        }
-        short.then_some(if look.stands_still { Fault::PressureSensorStuck } else { Fault::DumpStuckClosed })
+        /// 0.7 of that, in 2^-16.
+        const PER_KPA: i32 = 65_536 * 595 / 100_000;
+        let at_least = (look.manifold.to_bits() >> 16).clamp(0, 200) * PER_KPA;
+        let enough = self.enough(look);
+        let (air, still) = (self.air(look), look.stands_still);
+        let short = self.fall.falls_short(-1, at_least, enough, air, still);
+        short.then_some(if still { Fault::PressureSensorStuck } else { Fault::DumpStuckClosed })
     }
 
     fn chambers_keep_their_air(&mut self, look: &Look) -> Option<Fault> {
@@ -302,16 +336,6 @@ impl Pneumatics {
     }
 }
 
-/// The table's value for so many open chambers.
-fn at(table: [i32; 4], open: i32) -> i32 {
-    let [none, one, two, three] = table;
-    match open {
-        0 => none,
-        1 => one,
-        2 => two,
-        _ => three,
-    }
-}
 
 #[cfg(test)]
 mod tests {
