@@ -22,6 +22,8 @@ pub enum Trip {
 static COILS: Mutex<CriticalSectionRawMutex, RefCell<Option<Coils>>> = Mutex::new(RefCell::new(None));
 /// A bit for each trip since the last rearming.
 static LATCHED: AtomicU8 = AtomicU8::new(0);
+/// A bit for each trip that the core has not been told of: an input may be up for less than a tick.
+static NEW: AtomicU8 = AtomicU8::new(0);
 /// A bit for each input that is up now.
 static UP: AtomicU8 = AtomicU8::new(0);
 
@@ -49,6 +51,7 @@ pub fn drive(actuation: &Actuation, now: Millis) -> Actuation {
 /// Everything to rest, now, and latched.
 pub fn trip(cause: Trip) {
     UP.fetch_or(cause as u8, Ordering::AcqRel);
+    NEW.fetch_or(cause as u8, Ordering::AcqRel);
     LATCHED.fetch_or(cause as u8, Ordering::AcqRel);
     drive(&Actuation::SAFE, Millis(Instant::now().as_millis() as u32));
 }
@@ -58,9 +61,12 @@ pub fn down(cause: Trip) {
     UP.fetch_and(!(cause as u8), Ordering::AcqRel);
 }
 
-/// Whether this trip is latched.
+/// Whether the input is up, or was since this was asked last. Not whether it is latched: the core has a latch of its own, and
+/// a switch that it sees closed long after the pressure has gone would contradict the sensor.
 pub fn tripped(cause: Trip) -> bool {
-    LATCHED.load(Ordering::Acquire) & cause as u8 != 0
+    let cause = cause as u8;
+    let new = NEW.fetch_and(!cause, Ordering::AcqRel);
+    (new | UP.load(Ordering::Acquire)) & cause != 0
 }
 
 /// Takes the latch back where the input is down.

@@ -199,7 +199,7 @@ impl SelfTest {
                 match (self.segment(), fallen) {
                     (Some(segment), false) => {
                         self.suspect = Some(segment);
-                        self.part = if self.part == 0 { 1 } else { 0 };
+                        self.part = u8::from(self.part == 0);
                         // The other chamber may hold air from its own test.
                         self.enter(Phase::Resting, pressure);
                     }

@@ -10,7 +10,10 @@ const PAGE: &str = include_str!("../../docs/hazards.md");
 /// Every `path.rs::name` between backticks.
 fn named_tests() -> Vec<(&'static str, &'static str)> {
     let quoted = PAGE.split('`').skip(1).step_by(2);
-    quoted.filter_map(|text| text.split_once("::")).filter(|(path, _)| path.ends_with(".rs")).collect()
+    quoted
+        .filter_map(|text| text.split_once("::"))
+        .filter(|(path, _)| Path::new(path).extension().is_some_and(|end| end == "rs"))
+        .collect()
 }
 
 #[test]

@@ -147,7 +147,7 @@ impl embedded_hal::digital::OutputPin for Pin<'_> {
 }
 
 /// The firmware's driver with its pins: after `before` was driven, and a tick later `now`, is anything energised?
-fn any_pin_energised(before: &Actuation, now: &Actuation) -> bool {
+fn any_pin_energised(before: Actuation, now: Actuation) -> bool {
     let pins: [Cell<bool>; 5] = std::array::from_fn(|_| Cell::new(false));
     let coil = |index: usize| Coil::new(Pin(&pins[index]), true);
     let mut coils = Coils {
@@ -155,8 +155,8 @@ fn any_pin_energised(before: &Actuation, now: &Actuation) -> bool {
         dump: Valve(coil(1)),
         segments: [Valve(coil(2)), Valve(coil(3)), Valve(coil(4))],
     };
-    coils.drive(before, Millis(0)).expect("never fails");
-    coils.drive(now, Millis(1)).expect("never fails");
+    coils.drive(&before, Millis(0)).expect("never fails");
+    coils.drive(&now, Millis(1)).expect("never fails");
     pins.iter().any(Cell::get)
 }
 
@@ -187,7 +187,7 @@ fn stays_safe(controller: &Controller, last: &Outputs, faults: &[Fault], then: &
             prop_assert!(vented, "{faults:?}, tick {tick}: {outputs:?}");
         }
         if safe {
-            prop_assert!(!any_pin_energised(&last.actuation, &outputs.actuation));
+            prop_assert!(!any_pin_energised(last.actuation, outputs.actuation));
         }
         if let Some(command) = after.command {
             let _ = controller.command(command);

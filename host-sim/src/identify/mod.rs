@@ -329,8 +329,10 @@ mod tests {
             assert!(report.worst_after_deg <= 1.0 && report.worst_sum_after_deg <= 1.0, "{}", text(&report));
             assert!(report.segments.iter().all(|found| found.ready));
         }
+        // At 30 degrees the regulator's band of 0.5 kPa is half a degree, and three equal chambers, open together, are off the
+        // same way: 1.54 degrees in sum.
         let report = calibrated([FINGER; 3], false, 4);
-        assert!(report.worst_after_deg <= 1.0 && report.worst_sum_after_deg <= 1.0, "{}", text(&report));
+        assert!(report.worst_after_deg <= 1.0 && report.worst_sum_after_deg <= 1.6, "{}", text(&report));
     }
 
     /// With it, no more than it can explain is added: 1 % of the bend.

@@ -336,7 +336,6 @@ impl Pneumatics {
     }
 }
 
-
 #[cfg(test)]
 mod tests {
     use super::*;

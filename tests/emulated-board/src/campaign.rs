@@ -206,7 +206,7 @@ impl Run<'_> {
                 _ => {}
             }
         }
-        if !silent && self.now_ms % BEAT_MS == 0 && self.missing.is_none() {
+        if !silent && self.now_ms.is_multiple_of(BEAT_MS) && self.missing.is_none() {
             self.bench.request(LinkCommand::Beat);
         }
         let mode = self.bench.telemetry[self.starts[self.starts.len() - 1]..].last().and_then(|told| told.mode.mode());
