@@ -140,7 +140,8 @@ fn observe(run: &mut Run, from: u32, within: u32) -> Option<(u32, Outputs)> {
         }
     }
     let found = found?;
-    (0..8000).for_each(|_| _ = run.step());
+    // The diagnosis waits up to 7.5 s for a finger that stays bent.
+    (0..14_000).for_each(|_| _ = run.step());
     Some((found, run.step()))
 }
 
