@@ -99,6 +99,13 @@ impl Expectation {
     }
 }
 
+/// Half of the nominal flow, kPa of the manifold alone per tick in 2^-16, for each kPa below the pressure at which the
+/// weakest pump counts as stalled.
+const PER_ROOM: i32 = Nominal::NOMINAL.pump_rate.to_bits() / 2 / 200;
+/// A valve lets out at least 0.0085 kPa/ms of the manifold alone for each kPa (ISO 6358, between 10 and 150 kPa);
+/// 0.7 of that, in 2^-16.
+const PER_KPA: i32 = 65_536 * 595 / 100_000;
+
 /// What the rules look at in a tick.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Look<'a> {
@@ -167,7 +174,7 @@ impl Pneumatics {
 
     /// One tick; the fault that shows.
     pub(super) fn watch(&mut self, look: &Look) -> Option<Fault> {
-        self.remember(look.commanded);
+        self.remember(*look.commanded);
         if look.stands_still != self.stood_still {
             self.stood_still = look.stands_still;
             self.rise = Expectation::NONE;
@@ -180,7 +187,7 @@ impl Pneumatics {
             .or_else(|| self.chambers_keep_their_air(look))
     }
 
-    fn remember(&mut self, commanded: &Actuation) {
+    fn remember(&mut self, commanded: Actuation) {
         self.pump.push(commanded.pump);
         self.dump.push(commanded.dump == Passage::Open);
         for (held, passage) in self.valves.iter_mut().zip(commanded.segments) {
@@ -263,9 +270,6 @@ impl Pneumatics {
             self.rise = Expectation::NONE;
             return None;
         }
-        /// Half of the nominal flow, kPa of the manifold alone per tick in 2^-16, for each kPa below the pressure at which the
-        /// weakest pump counts as stalled.
-        const PER_ROOM: i32 = Nominal::NOMINAL.pump_rate.to_bits() / 2 / 200;
         let room = (200 - (look.manifold.to_bits() >> 16)).clamp(0, 200);
         let enough = self.enough(look);
         let (air, still) = (self.air(look), look.stands_still);
@@ -279,9 +283,6 @@ impl Pneumatics {
             self.fall = Expectation::NONE;
             return None;
         }
-        /// A valve lets out at least 0.0085 kPa/ms of the manifold alone for each kPa (ISO 6358, between 10 and 150 kPa);
-        /// 0.7 of that, in 2^-16.
-        const PER_KPA: i32 = 65_536 * 595 / 100_000;
         let at_least = (look.manifold.to_bits() >> 16).clamp(0, 200) * PER_KPA;
         let enough = self.enough(look);
         let (air, still) = (self.air(look), look.stands_still);
@@ -351,13 +352,14 @@ mod tests {
         let mut pneumatics = Pneumatics::new();
         ticks.into_iter().enumerate().find_map(|(tick, (manifold, commanded))| {
             let manifold = Pressure::from_f64_kpa(manifold);
-            let look = Look {
-                manifold,
-                chambers: &chambers,
-                setpoints: &chambers,
-                commanded: &commanded,
-                stands_still: still,
-            };
+            let mut seen = chambers;
+            for (chamber, passage) in seen.iter_mut().zip(commanded.segments) {
+                if passage == Passage::Open {
+                    *chamber = manifold;
+                }
+            }
+            let look =
+                Look { manifold, chambers: &seen, setpoints: &chambers, commanded: &commanded, stands_still: still };
             pneumatics.watch(&look).map(|fault| (tick, fault))
         })
     }

@@ -2,7 +2,7 @@
 //!
 //! The host test `public_functions` reads which types a function here is called for, and compares with the derives.
 
-use crate::calls::{IDENTIFIED, INPUTS, PRESSURES, SEQUENCE, STEPS, any, consume};
+use crate::calls::{IDENTIFIED, INPUTS, SEQUENCE, STEPS, any, consume};
 use core::hash::{Hash, Hasher};
 use heapless::String;
 use model_core::actuation::{Actuation, Passage, Segment};
