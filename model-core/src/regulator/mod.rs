@@ -70,6 +70,8 @@ const BACKFLOW_BAND: Pressure = milli_kpa(3000);
 const LOOK_BAND: Pressure = milli_kpa(2000);
 /// Shortest time of the pump's relay in ticks, either way: below it a relay does not follow.
 const PUMP_MIN_TICKS: u32 = 15;
+/// No change of the pump comes sooner after the last: the relay's driver would not follow.
+const RELAY_TICKS: u32 = 5;
 /// Shortest time of a valve in ticks.
 const VALVE_MIN_TICKS: u32 = 3;
 /// Ticks after which a closed chamber is looked at again, counted from its last look: bends settle, and seals leak.
@@ -198,8 +200,20 @@ impl Regulator {
             set(&mut self.level, index, level);
         }
         let actuation = self.act(jumped, &view);
+        let actuation = self.as_the_relay_can(actuation, &view);
         self.remember(actuation);
         actuation
+    }
+
+    /// Whatever ended it, the pump keeps on or off for as long as its relay does anyway: so what is commanded is what comes.
+    /// The ceiling alone goes before.
+    fn as_the_relay_can(&self, actuation: Actuation, view: &View) -> Actuation {
+        let changes = actuation.pump != self.last.pump;
+        if !changes || self.pump_ticks >= RELAY_TICKS || view.full() {
+            return actuation;
+        }
+        let dump = if self.last.pump { Passage::Closed } else { actuation.dump };
+        Actuation { pump: self.last.pump, dump, ..actuation }
     }
 
     /// Back to venting, at once; what was learned stays.
