@@ -201,7 +201,7 @@ mod tests {
     #[test]
     fn inverses_are_those_of_their_figures() {
         let near = |ours: I16F16, exact: f64| {
-            assert!((ours.to_num::<f64>() / exact - 1.0).abs() < 0.003, "{ours} for {exact}")
+            assert!((ours.to_num::<f64>() / exact - 1.0).abs() < 0.003, "{ours} for {exact}");
         };
         near(MODEL.subsonic_scale, 1.0 / (1.0 - 0.3));
         near(MODEL.pump_spin, 1.0 - (-1.0_f64 / 15.0).exp());

@@ -110,7 +110,7 @@ mod tests {
     fn air_is_slower_than_a_jump() {
         // The manifold as three full chambers open into it, through the sensor's lag: the fastest that air does.
         let filling =
-            (0..200).map(|tick| if tick < 50 { 0.0 } else { 110.0 * (1.0 - (-(tick - 50) as f64 / 14.0).exp()) });
+            (0..200).map(|tick| if tick < 50 { 0.0 } else { 110.0 * (1.0 - (-f64::from(tick - 50) / 14.0).exp()) });
         assert_eq!(shown(filling), (false, false, None));
         let (_, fast, first) = shown((0..200).map(|tick| if tick < 50 { 10.0 } else { 60.0 }));
         assert!(fast && first.is_some_and(|tick| tick < 55), "{first:?}");
