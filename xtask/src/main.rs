@@ -95,7 +95,7 @@ enum Chore {
     Compare,
     /// Puts the campaign's committed result into docs/campaign.md, with its picture.
     Campaign {
-        /// Runs the 100,000 runs anew first: some ten minutes on two cores.
+        /// Runs the 30,000 runs anew first: some minutes on two cores.
         #[arg(long)]
         write: bool,
     },
