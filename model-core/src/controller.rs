@@ -655,14 +655,14 @@ mod tests {
         controller.command(Command::Run(sequence)).expect("taken");
         let mut through = controller.clone();
         // Calm readings belie a running pump: what is asked here is over before that is found out.
-        let before = run(&mut controller, 60);
+        let before = run(&mut controller, 40);
         assert_eq!(controller.command(Command::Resume), Err(Rejection::NotPaused));
         controller.command(Command::Pause).expect("running");
-        let paused = run(&mut controller, 90);
+        let paused = run(&mut controller, 30);
         assert_eq!((paused.mode, paused.setpoints, paused.step), (Mode::Paused, before.setpoints, before.step));
         controller.command(Command::Resume).expect("paused");
         // As if there had been no pause.
-        run(&mut through, 60);
+        run(&mut through, 40);
         assert_eq!(run(&mut controller, 1).setpoints, run(&mut through, 1).setpoints);
         // A fault ends a pause too.
         controller.command(Command::Pause).expect("running");

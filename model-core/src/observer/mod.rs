@@ -9,7 +9,8 @@
 
 mod pneumatics;
 
-pub use pneumatics::{DeadTicks, Pneumatics};
+pub use pneumatics::DeadTicks;
+pub use pneumatics::Pneumatics;
 
 use crate::actuation::{Actuation, Passage, PerSegment};
 use crate::division::divide;

@@ -289,6 +289,8 @@ fn sequences() {
     consume(Sequence::steps(any(&SEQUENCE)));
     consume(Sequence::repeats(any(&SEQUENCE)));
     consume(Sequence::duration(any(&SEQUENCE)));
+    consume(Sequence::for_identification(any(SEQUENCE)));
+    consume(Sequence::identifies(any(&SEQUENCE)));
     consume(library::find(any("sample")));
     consume(Target::at_rest(&any(Target::REST)));
     consume(Target::within_limits(&any(Target::REST)));
