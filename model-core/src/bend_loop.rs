@@ -16,7 +16,7 @@
 //! The model's bend is taken at the *estimated* pressures, not at the setpoints: a setpoint that cannot be reached and the way
 //! there are no model error, so nothing winds up. Only where the regulator has come to rest within its own band the setpoint
 //! counts, so that the trim also makes up for the band. The integral stands still while the
-//! model's bend moves faster than a finger with the lag of [`LAG_UPDATES`] follows, while air flows, and without a sensor.
+//! model's bend moves faster than a finger with the lag of `LAG_UPDATES` follows, while air flows, and without a sensor.
 //! A trim is published at most once a second and only when it is worth half a degree: each costs the regulator a service.
 //!
 //! Trims end at ±15 %, start at none when the finger is vented, and go back to none when the sensor fails: then pressure

@@ -6,12 +6,12 @@
 //! segment's. Each point is a row of a weighted least-squares problem for how far the coefficients in use are off; its
 //! weight is the inverse square of the slope dP/dα, so that residuals count in degrees, as in [`crate::calibration`].
 //!
-//! - Forgetting acts once for each new hold, and a hold gives at most [`POINTS_A_HOLD`] points: holding still for an hour
+//! - Forgetting acts once for each new hold, and a hold gives at most `POINTS_A_HOLD` points: holding still for an hour
 //!   wipes nothing out. It ends at a prior ([`least_squares`](self)), so nothing winds up.
 //! - A point further off than the fit's own scatter explains is an outlier and left out, unless a third in a row says the
 //!   same.
 //! - The solution is the best within the admitted range (k 0..60, c1 5..40, c2 0..2 kPa).
-//! - It is offered when the points cover [`BANDS`] bands of 8 degrees and fit.
+//! - It is offered when the points cover `BANDS` bands of 8 degrees and fit.
 //!
 //! One row costs some 900 instructions and its solution up to 1,500: they are spread over ticks, at most about 200 in each.
 

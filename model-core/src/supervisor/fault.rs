@@ -1,5 +1,5 @@
 //! Every fault by name and number, and what kinds of answer there are. The answers themselves are in
-//! [`TABLE`](super::table::TABLE).
+//! [`TABLE`].
 
 use super::table::TABLE;
 use crate::actuation::Segment;
