@@ -11,8 +11,7 @@ use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, with_timeout};
 use finger_drivers::pose;
-use model_core::protocol::{Decoder, MAX_FRAME, Report, Request, Telemetry, encode, outputs_of};
-use model_core::units::{Bend, Pressure};
+use model_core::protocol::{Decoder, MAX_FRAME, Report, Request, Telemetry, encode};
 
 /// Requests that wait for the control task, which takes one a tick. A host that sends faster is not answered.
 pub static REQUESTS: Channel<CriticalSectionRawMutex, Request, 4> = Channel::new();
@@ -73,17 +72,6 @@ fn telemetry(snapshot: &Snapshot) -> Telemetry {
     let tip = pose::fingertip(&snapshot.coefficients, outputs.estimates);
     Telemetry {
         tick: snapshot.at.0,
-        mode: outputs.mode.into(),
-        faults: outputs.faults.bits(),
-        priority: outputs.faults.priority().map_or(0, |priority| priority as u8 + 1),
-        setpoints: outputs.setpoints.map(Pressure::to_bits),
-        estimates: outputs.estimates.map(Pressure::to_bits),
-        manifold: outputs.manifold.valid().map(Pressure::to_bits),
-        bend: outputs.bend.valid().map(Bend::to_bits),
-        outputs: outputs_of(&outputs.actuation),
-        step: outputs.step,
-        repeat: outputs.repeat,
-        holding: outputs.holding,
         fingertip_um: [tip.x_um, tip.y_um],
         fingertip_millideg: tip.direction_millideg,
         force_mn: pose::force_mn(outputs.estimates),
@@ -91,5 +79,6 @@ fn telemetry(snapshot: &Snapshot) -> Telemetry {
         dropped_frames: DROPPED.load(Ordering::Relaxed),
         tick_cycles: snapshot.tick_cycles,
         worst_tick_cycles: snapshot.worst_tick_cycles,
+        ..Telemetry::of(outputs)
     }
 }

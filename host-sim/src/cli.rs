@@ -272,6 +272,11 @@ fn execute(arguments: Arguments, on_elf: Option<OnElf>) -> u8 {
     }
 }
 
+/// The folder for a command's files; one that cannot be written to is wrong input.
+pub(crate) fn folder(place: &Path) -> Result<Folder, Failure> {
+    Folder::prepare(place).map_err(|error| Failure::Input(format!("{error:#}")))
+}
+
 /// Writes to stdout; a reader that has gone away (`| head`) is no error.
 pub(crate) fn print(text: &str) -> Result<()> {
     match std::io::stdout().write_all(text.as_bytes()) {
@@ -313,7 +318,7 @@ fn run(arguments: &RunArguments, on_elf: Option<OnElf>) -> Result<(), Failure> {
     if arguments.on == On::Elf && on_elf.is_none() {
         return start_elf();
     }
-    let folder = Folder::prepare(&arguments.out).map_err(|error| Failure::Input(format!("{error:#}")))?;
+    let folder = folder(&arguments.out)?;
     let run = Run::new(program, arguments.seed);
     let bar = crate::progress::bar(1, "ms simulated");
     let mut progress = |done, total| {
@@ -411,13 +416,13 @@ fn list(json: bool) -> Result<(), Failure> {
 }
 
 fn pareto_inverse(json: bool, out: &Path) -> Result<(), Failure> {
-    let folder = Folder::prepare(out).map_err(|error| Failure::Input(format!("{error:#}")))?;
+    let folder = folder(out)?;
     print(&pareto::inverse::run(json, &folder)?)?;
     Ok(())
 }
 
 fn pareto_plant(json: bool, out: &Path) -> Result<(), Failure> {
-    let folder = Folder::prepare(out).map_err(|error| Failure::Input(format!("{error:#}")))?;
+    let folder = folder(out)?;
     let bar = crate::progress::bar(1, "measurements");
     let report = pareto::plant::measure(|done, total| {
         bar.set_length(total as u64);
@@ -450,7 +455,7 @@ fn identify_finger(arguments: &IdentifyArguments) -> Result<(), Failure> {
             )));
         }
     };
-    let folder = Folder::prepare(&arguments.out).map_err(|error| Failure::Input(format!("{error:#}")))?;
+    let folder = folder(&arguments.out)?;
     let bar = crate::progress::bar(1, "runs");
     let report = identify::run(finger_kpa, !arguments.true_gain, arguments.seed, |done, total| {
         bar.set_length(total as u64);
@@ -471,7 +476,7 @@ fn compare_regulators(arguments: &CompareArguments) -> Result<(), Failure> {
     if let Some(budget) = arguments.tune {
         return tune_peers(budget as usize, arguments.json);
     }
-    let folder = Folder::prepare(&arguments.out).map_err(|error| Failure::Input(format!("{error:#}")))?;
+    let folder = folder(&arguments.out)?;
     let scenarios = arguments.scenario.map_or_else(|| compare::scenario::ALL.to_vec(), |one| vec![one]);
     let trials = scenarios.len() * compare::contender::Kind::ALL.len() * arguments.seeds as usize;
     let bar = crate::progress::bar(trials, "trials");

@@ -1,7 +1,9 @@
 //! What all pictures share: the area they are drawn into, its inks, and boxes that must not cover each other.
 
 use anyhow::{Result, anyhow};
+use plotters::chart::MeshStyle;
 use plotters::coord::Shift;
+use plotters::coord::ranged1d::ValueFormatter;
 use plotters::prelude::*;
 
 /// Letters and axes.
@@ -27,6 +29,18 @@ pub fn svg(size: (u32, u32), draw: Draw<'_>) -> Result<String> {
         area.present().map_err(drawing)?;
     }
     Ok(text)
+}
+
+/// How all plots' grids and axes look: no fine lines, faint grid, letters of 12.
+pub fn styled<'m, 'a, 'b, X, Y, XT, YT, B>(
+    mesh: &'m mut MeshStyle<'a, 'b, X, Y, B>,
+) -> &'m mut MeshStyle<'a, 'b, X, Y, B>
+where
+    X: Ranged<ValueType = XT> + ValueFormatter<XT>,
+    Y: Ranged<ValueType = YT> + ValueFormatter<YT>,
+    B: DrawingBackend,
+{
+    mesh.light_line_style(WHITE.mix(0.0)).bold_line_style(FAINT).axis_style(INK).label_style(("sans-serif", 12, &INK))
 }
 
 /// The backend's error as everybody else's.

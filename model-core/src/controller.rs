@@ -430,7 +430,7 @@ impl Controller {
                 chambers: &chambers,
                 setpoints: &self.setpoints,
                 commanded: &self.commanded,
-                identifies: matches!(&self.reference, Source::Sequence(player) | Source::Paused(player, _) if player.sequence().identifies()),
+                identifies: self.identifies(),
                 coefficients: &self.coefficients,
             },
         );
@@ -469,6 +469,12 @@ impl Controller {
         outputs.bend = inputs.bend.map(|bend| bend - self.bend_zero);
         self.follow_bend(&outputs);
         outputs
+    }
+
+    /// A sequence runs, or is paused, for which the coefficients may be far off.
+    fn identifies(&self) -> bool {
+        let (Source::Sequence(player) | Source::Paused(player, _)) = &self.reference else { return false };
+        player.sequence().identifies()
     }
 
     /// The outer loop on bend, and the identification in the ticks that it leaves.

@@ -1,10 +1,8 @@
 //! The campaign's tables and picture in docs/campaign.md, from its committed result.
 
-use crate::{command, markers, root};
-use anyhow::{Context, Result, ensure};
+use crate::{host_sim, markers, root};
+use anyhow::{Context, Result};
 use std::fs;
-use std::path::Path;
-use std::process::Stdio;
 
 /// The committed result.
 const RESULT: &str = "docs/figures/campaign.json";
@@ -12,25 +10,14 @@ const RESULT: &str = "docs/figures/campaign.json";
 const RUNS: &str = "30000";
 const SEED: &str = "2026";
 
-/// Starts `host-sim campaign`; one that found violations has its result all the same.
-fn host_sim(arguments: &[&str], out: &Path) -> Result<()> {
-    let mut cargo = command("cargo");
-    cargo.args(["run", "--release", "--quiet", "--package", "host-sim", "--", "campaign"]).args(arguments);
-    cargo.arg("--out").arg(out).stdout(Stdio::null());
-    let status = cargo.status().context("cannot start cargo")?;
-    ensure!(matches!(status.code(), Some(0 | 1)), "host-sim campaign ended with {status}");
-    Ok(())
-}
-
 /// Renews docs/campaign.md and its picture from the committed result; with `write`, the result too, in some minutes.
 pub fn campaign(write: bool) -> Result<()> {
-    let out = root().join("target").join("campaign-docs");
     if write {
-        host_sim(&["--runs", RUNS, "--seed", SEED], &out)?;
+        let out = host_sim::campaign(&["--runs", RUNS, "--seed", SEED])?;
         fs::copy(out.join("campaign.json"), root().join(RESULT)).context("host-sim left no campaign.json")?;
         eprintln!("{RESULT}");
     }
-    host_sim(&["merge", RESULT], &out)?;
+    let out = host_sim::campaign(&["merge", RESULT])?;
     let tables = fs::read_to_string(out.join("campaign.md")).context("host-sim left no campaign.md")?;
     markers::replace("docs/campaign.md", "campaign", &tables)?;
     eprintln!("docs/campaign.md");

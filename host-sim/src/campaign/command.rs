@@ -4,7 +4,7 @@ use super::draw::{Case, Choice};
 use super::kind::Kind;
 use super::replay as replay_module;
 use super::shard::{self, Campaign, Part, Shard};
-use crate::cli::{Failure, print};
+use crate::cli::{Failure, folder, print};
 use crate::metrics::summarise;
 use crate::report::{self, Folder};
 use anyhow::{Result, anyhow};
@@ -87,7 +87,7 @@ fn of(arguments: &CampaignArguments) -> Campaign {
 }
 
 fn run(arguments: &CampaignArguments) -> Result<(), Failure> {
-    let folder = Folder::prepare(&arguments.out).map_err(|error| Failure::Input(format!("{error:#}")))?;
+    let folder = folder(&arguments.out)?;
     let campaign = of(arguments);
     let shard = arguments.shard.unwrap_or(Shard::WHOLE);
     let bar = crate::progress::bar(shard.runs(campaign.runs) as usize, "runs");
@@ -97,7 +97,7 @@ fn run(arguments: &CampaignArguments) -> Result<(), Failure> {
 }
 
 fn merge(files: &[PathBuf], json: bool, out: &Path) -> Result<(), Failure> {
-    let folder = Folder::prepare(out).map_err(|error| Failure::Input(format!("{error:#}")))?;
+    let folder = folder(out)?;
     let read = |path: &PathBuf| match std::fs::read_to_string(path) {
         Ok(text) => Ok((path.display().to_string(), text)),
         Err(error) => Err(Failure::Input(format!("cannot read {}: {error}", path.display()))),
@@ -129,7 +129,7 @@ fn replay(arguments: &CampaignArguments) -> Result<(), Failure> {
     let filter = of(arguments).filter();
     for &index in &arguments.replay {
         let place = arguments.out.join(format!("run-{index}"));
-        let folder = Folder::prepare(&place).map_err(|error| Failure::Input(format!("{error:#}")))?;
+        let folder = folder(&place)?;
         let case = Case::draw(arguments.seed, index, &filter);
         let (outcome, trace) = replay_module::replay(&case, arguments.seed);
         let files = report::write(&folder, &trace, &summarise(&trace), &case.plant)?;

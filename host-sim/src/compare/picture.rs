@@ -4,7 +4,7 @@ use super::contender::Kind;
 use super::scenario::Scenario;
 use super::trial::Trial;
 use super::{Report, trial};
-use crate::drawing::{Area, FAINT, INK, drawing, svg};
+use crate::drawing::{Area, FAINT, INK, drawing, styled, svg};
 use anyhow::Result;
 use model_core::actuation::Segment;
 use plotters::prelude::*;
@@ -62,8 +62,11 @@ fn trace_panel(kind: Kind, trial: &Trial, panel: &Area<'_>, last: bool) -> Resul
         .build_cartesian_2d(0.0..seconds(shown.len()), 0.0..1.1 * highest)
         .map_err(drawing)?;
     let mut mesh = chart.configure_mesh();
-    mesh.light_line_style(WHITE.mix(0.0)).bold_line_style(FAINT).axis_style(INK).label_style(("sans-serif", 11, &INK));
-    mesh.y_desc("kPa").y_labels(5).y_label_formatter(&|value| format!("{value:.0}"));
+    styled(&mut mesh)
+        .label_style(("sans-serif", 11, &INK))
+        .y_desc("kPa")
+        .y_labels(5)
+        .y_label_formatter(&|value| format!("{value:.0}"));
     if last {
         mesh.x_desc("s");
     }
@@ -111,12 +114,7 @@ pub fn error_against_switchings(report: &Report) -> Result<String> {
             .y_label_area_size(60)
             .build_cartesian_2d(range(|at| at.0, 1.5).log_scale(), range(|at| at.1, 1.3).log_scale())
             .map_err(drawing)?;
-        chart
-            .configure_mesh()
-            .light_line_style(WHITE.mix(0.0))
-            .bold_line_style(FAINT)
-            .axis_style(INK)
-            .label_style(("sans-serif", 12, &INK))
+        styled(&mut chart.configure_mesh())
             .x_desc("switchings of valves and relay a minute")
             .y_desc("mean absolute error, kPa")
             .x_label_formatter(&|value| format!("{value:.0}"))

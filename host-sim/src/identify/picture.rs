@@ -1,7 +1,7 @@
 //! The identified curves over the true ones, and what is left of the bends' errors.
 
 use super::Report;
-use crate::drawing::{Area, FAINT, INK, drawing, svg};
+use crate::drawing::{Area, FAINT, INK, drawing, styled, svg};
 use crate::report::plots::SEGMENT_COLOURS;
 use anyhow::Result;
 use model_core::calibration;
@@ -24,16 +24,7 @@ fn curves(area: &Area<'_>, report: &Report) -> Result<()> {
         .y_label_area_size(48)
         .build_cartesian_2d(0.0..150.0, 0.0..120.0)
         .map_err(drawing)?;
-    chart
-        .configure_mesh()
-        .light_line_style(WHITE.mix(0.0))
-        .bold_line_style(FAINT)
-        .axis_style(INK)
-        .label_style(("sans-serif", 12, &INK))
-        .x_desc("kPa")
-        .y_desc("degrees")
-        .draw()
-        .map_err(drawing)?;
+    styled(&mut chart.configure_mesh()).x_desc("kPa").y_desc("degrees").draw().map_err(drawing)?;
     let along = |c: [f64; 3]| (0..=150).map(f64::from).map(move |kpa| (kpa, calibration::bend_deg(c, kpa)));
     let default = calibration::DEFAULT.to_f64_kpa();
     chart
@@ -73,13 +64,8 @@ fn errors(area: &Area<'_>, report: &Report) -> Result<()> {
         .y_label_area_size(48)
         .build_cartesian_2d(0.0..count + 1.0, -most..most)
         .map_err(drawing)?;
-    chart
-        .configure_mesh()
+    styled(&mut chart.configure_mesh())
         .disable_x_mesh()
-        .light_line_style(WHITE.mix(0.0))
-        .bold_line_style(FAINT)
-        .axis_style(INK)
-        .label_style(("sans-serif", 12, &INK))
         .x_desc("bends asked for, in the table's order")
         .y_desc("degrees")
         .draw()

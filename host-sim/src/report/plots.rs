@@ -1,6 +1,6 @@
 //! Plots of a run as SVG.
 
-use crate::drawing::{Area, FAINT, INK, drawing, svg};
+use crate::drawing::{Area, FAINT, INK, drawing, styled, svg};
 use crate::trace::{Sample, Trace};
 use anyhow::Result;
 use model_core::actuation::{Passage, Segment};
@@ -52,12 +52,7 @@ fn panel(area: &Area<'_>, title: &str, unit: &str, range: (f64, f64), time: f64,
         .y_label_area_size(52)
         .build_cartesian_2d(0.0..time, range.0..range.1)
         .map_err(drawing)?;
-    chart
-        .configure_mesh()
-        .light_line_style(WHITE.mix(0.0))
-        .bold_line_style(FAINT)
-        .axis_style(INK)
-        .label_style(("sans-serif", 12, &INK))
+    styled(&mut chart.configure_mesh())
         .x_labels(12)
         .y_labels(6)
         .x_label_formatter(&|value| format!("{value:.0} s"))
@@ -168,14 +163,9 @@ pub fn actuation(trace: &Trace) -> Result<String> {
             .y_label_area_size(100)
             .build_cartesian_2d(0.0..time, 0.0..5.0)
             .map_err(drawing)?;
-        chart
-            .configure_mesh()
+        styled(&mut chart.configure_mesh())
             .disable_y_mesh()
             .disable_y_axis()
-            .light_line_style(WHITE.mix(0.0))
-            .bold_line_style(FAINT)
-            .axis_style(INK)
-            .label_style(("sans-serif", 12, &INK))
             .x_labels(12)
             .x_label_formatter(&|value| format!("{value:.0} s"))
             .draw()

@@ -65,7 +65,6 @@ pub struct Observer {
     chambers: PerSegment<Pressure>,
     flows: PerSegment<I16F16>,
     innovation: Pressure,
-    pump_gain: I16F16,
     /// One bit a tick, the newest lowest: pump on, dump open, segment valves open.
     pump_on: u32,
     dump_open: u32,
@@ -99,7 +98,6 @@ impl Observer {
             chambers: [Pressure::ZERO; 3],
             flows: [I16F16::ZERO; 3],
             innovation: Pressure::ZERO,
-            pump_gain: I16F16::ONE,
             pump_on: 0,
             dump_open: u32::MAX,
             valve_open: [u32::MAX; 3],
@@ -157,7 +155,7 @@ impl Observer {
         let missing = target.saturating_sub(self.pump_speed);
         self.pump_speed = self.pump_speed.saturating_add(model.pump_spin.saturating_mul(missing));
         let before = self.ahead_manifold;
-        let mut flow = self.full_flow(before).saturating_mul(self.pump_speed);
+        let mut flow = model.pump_flow(before).saturating_mul(self.pump_speed);
         if actuation.dump == Passage::Open {
             flow = flow.saturating_sub(model.valve_flow(before, Pressure::ZERO));
         }
@@ -207,11 +205,6 @@ impl Observer {
         *sag = Pressure::from_fixed(stretch.saturating_mul(missing));
     }
 
-    /// The pump's flow at full speed against `manifold`, as it is learned.
-    fn full_flow(&self, manifold: Pressure) -> I16F16 {
-        self.pneumatics.pump_flow(manifold).saturating_mul(self.pump_gain)
-    }
-
     /// The course `ago` ticks before the newest.
     fn course(&self, ago: u8) -> Course {
         let index = (self.newest + COURSES - usize::from(ago)) % COURSES;
@@ -226,7 +219,7 @@ impl Observer {
             manifold: self.ahead_manifold,
             chambers: self.ahead_chambers,
             sags: self.sags,
-            coming: Pressure::from_fixed(self.full_flow(self.ahead_manifold).saturating_mul(ticks)),
+            coming: Pressure::from_fixed(self.pneumatics.pump_flow(self.ahead_manifold).saturating_mul(ticks)),
         }
     }
 

@@ -24,8 +24,8 @@ impl DeadTicks {
     }
 }
 
-/// What the observer and the regulator assume of the pneumatics. Nominal figures; the observer learns the pump's and the
-/// chambers' errors. Inverses are kept instead of what they are of, so that no tick divides by them.
+/// What the observer and the regulator assume of the pneumatics. Nominal figures: the readings correct the
+/// pressures, not these. Inverses are kept instead of what they are of, so that no tick divides by them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pneumatics {
     /// Pump: pressure rate of the manifold alone at 0 kPa, in kPa per ms.
@@ -43,7 +43,7 @@ pub struct Pneumatics {
     pub critical_ratio: I16F16,
     /// 1/(1 - b).
     pub subsonic_scale: I16F16,
-    /// Volume of one straight chamber in manifold volumes. The observer learns what it really is.
+    /// Volume of one straight chamber in manifold volumes.
     pub chamber_ratio: I16F16,
     /// Share of the way to its rest that a bending chamber makes in three ticks: 1 - exp(-3 ms / time constant).
     pub bending: I16F16,

@@ -3,8 +3,9 @@
 //! Pressures are in 2^-16 kPa, bends in 2^-16 degree, coefficients in 2^-24 kPa, as [`crate::units`] keep them.
 
 use crate::actuation::{Actuation, Passage, Segment};
-use crate::controller::{Fault, Mode, Rejection};
+use crate::controller::{Fault, Mode, Outputs, Rejection};
 use crate::identification::Identified;
+use crate::units::{Bend, Pressure};
 use fixed::types::I8F24;
 use serde::{Deserialize, Serialize};
 
@@ -290,6 +291,34 @@ pub struct Telemetry {
     pub tick_cycles: u32,
     /// The longest control tick so far, core clock cycles.
     pub worst_tick_cycles: u32,
+}
+
+impl Telemetry {
+    /// What the controller's outputs say; time, fingertip, force and counters are for the caller to add, and zero here.
+    #[must_use]
+    pub fn of(outputs: &Outputs) -> Self {
+        Self {
+            tick: 0,
+            mode: outputs.mode.into(),
+            faults: outputs.faults.bits(),
+            priority: outputs.faults.priority().map_or(0, |priority| priority as u8 + 1),
+            setpoints: outputs.setpoints.map(Pressure::to_bits),
+            estimates: outputs.estimates.map(Pressure::to_bits),
+            manifold: outputs.manifold.valid().map(Pressure::to_bits),
+            bend: outputs.bend.valid().map(Bend::to_bits),
+            outputs: outputs_of(&outputs.actuation),
+            step: outputs.step,
+            repeat: outputs.repeat,
+            holding: outputs.holding,
+            fingertip_um: [0; 2],
+            fingertip_millideg: 0,
+            force_mn: 0,
+            overruns: 0,
+            dropped_frames: 0,
+            tick_cycles: 0,
+            worst_tick_cycles: 0,
+        }
+    }
 }
 
 /// One bit an output, set when its coil has current: pump, dump valve, proximal, middle and distal valve from bit 0 on.

@@ -239,7 +239,8 @@ impl Pneumatics {
         lasts(&mut self.below_alone, look.manifold < self.highest - margin, TICKS).then_some(Fault::DumpStuckOpen)
     }
 
-    /// While the reading stands still it alone counts, for all: the estimates move by what was commanded.
+    /// The air of this moment, by the reading and the estimates: what passes between them does not change its sum. While the
+    /// reading stands still it alone counts, for all: the estimates move by what was commanded.
     fn air(&self, look: &Look) -> Air {
         if look.stands_still {
             return [(look.manifold.to_bits() / 16).saturating_mul(self.volume_16ths()), 0, 0, 0];

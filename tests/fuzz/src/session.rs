@@ -7,7 +7,6 @@ use model_core::calibration;
 use model_core::controller::{Controller, Inputs, Mode, Outputs, PRESSURE_LIMIT, Reading};
 use model_core::protocol::{
     Decoder, Effect, LinkCommand, MAX_FRAME, Reason, Report, Request, SequenceName, Telemetry, encode, handle,
-    outputs_of,
 };
 use model_core::sequence::library;
 use model_core::supervisor::fault::{Action, Fault, FaultSet};
@@ -303,24 +302,11 @@ fn reading(script: &mut Script) -> Option<Reading<i32>> {
 
 fn telemetry(outputs: &Outputs, dropped_frames: u16) -> Telemetry {
     Telemetry {
-        tick: 0,
-        mode: outputs.mode.into(),
-        faults: outputs.faults.bits(),
-        priority: outputs.faults.priority().map_or(0, |priority| priority as u8 + 1),
-        setpoints: outputs.setpoints.map(Pressure::to_bits),
-        estimates: outputs.estimates.map(Pressure::to_bits),
-        manifold: outputs.manifold.valid().map(Pressure::to_bits),
-        bend: outputs.bend.valid().map(Bend::to_bits),
-        outputs: outputs_of(&outputs.actuation),
-        step: outputs.step,
-        repeat: outputs.repeat,
-        holding: outputs.holding,
         fingertip_um: [i32::MIN; 2],
         fingertip_millideg: i32::MAX,
-        force_mn: 0,
-        overruns: 0,
         dropped_frames,
         tick_cycles: u32::MAX,
         worst_tick_cycles: u32::MAX,
+        ..Telemetry::of(outputs)
     }
 }

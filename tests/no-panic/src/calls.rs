@@ -218,6 +218,7 @@ fn messages() {
     consume(<IdentifiedSegment as From<Identified>>::from(any(IDENTIFIED)));
     consume(LinkMode::mode(any(LinkMode::Vented)));
     consume(message::outputs_of(&any(Actuation::SAFE)));
+    consume(message::Telemetry::of(&any(Controller::new([calibration::DEFAULT; 3])).step(&any(INPUTS))));
     consume(message::actuation_of(any(0)));
 }
 

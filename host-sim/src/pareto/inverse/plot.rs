@@ -1,7 +1,7 @@
 //! Error against time, one point a method.
 
 use super::{Report, Row};
-use crate::drawing::{Bounds, FAINT, INK, drawing, overlap, svg};
+use crate::drawing::{Bounds, FAINT, INK, drawing, overlap, styled, svg};
 use crate::methods::Direction;
 use anyhow::Result;
 use plotters::prelude::*;
@@ -85,12 +85,7 @@ pub fn picture(report: &Report, direction: Direction) -> Result<String> {
             .y_label_area_size(70)
             .build_cartesian_2d(times.clone().log_scale(), errors.clone().log_scale())
             .map_err(drawing)?;
-        chart
-            .configure_mesh()
-            .light_line_style(WHITE.mix(0.0))
-            .bold_line_style(FAINT)
-            .axis_style(INK)
-            .label_style(("sans-serif", 12, &INK))
+        styled(&mut chart.configure_mesh())
             .x_label_formatter(&|&value| tick(value))
             .y_label_formatter(&|value| format!("{value:.0e}"))
             .x_desc("time on this host in one run, f64-newton = 1")

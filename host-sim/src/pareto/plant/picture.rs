@@ -1,7 +1,7 @@
 //! Error against speed as SVG.
 
 use super::{ERROR_TARGET_KPA, IntegratorRow, Report, SPEED_TARGET};
-use crate::drawing::{Bounds, FAINT, INK, drawing, overlap, svg};
+use crate::drawing::{Bounds, INK, drawing, overlap, styled, svg};
 use anyhow::Result;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -76,12 +76,7 @@ pub fn picture(report: &Report) -> Result<String> {
             .y_label_area_size(66)
             .build_cartesian_2d((x.0..x.1).log_scale(), (y.0..y.1).log_scale())
             .map_err(drawing)?;
-        chart
-            .configure_mesh()
-            .light_line_style(WHITE.mix(0.0))
-            .bold_line_style(FAINT)
-            .axis_style(INK)
-            .label_style(("sans-serif", 12, &INK))
+        styled(&mut chart.configure_mesh())
             .x_desc("simulated seconds in a second, one core, fastest round")
             .y_desc("largest error of a chamber, kPa")
             .x_label_formatter(&|value| round_number(*value))
