@@ -10,6 +10,7 @@
 //! Nothing is left out silently: a hold in which a chamber never comes within the band adds nothing to the hold errors, and is
 //! counted in `holds_not_reached`; one that ends outside the band is counted in `holds_not_settled`.
 
+use crate::campaign::kind::fault_name;
 use crate::trace::{Sample, Trace};
 use model_core::actuation::{Actuation, Segment};
 use model_core::controller::Mode;
@@ -295,7 +296,7 @@ pub fn summarise(trace: &Trace) -> Summary {
         if let Mode::Faulted(fault) = sample.mode
             && sample.mode != last_mode
         {
-            faults.push(kebab(&format!("{fault:?}")));
+            faults.push(fault_name(fault));
         }
         last_mode = sample.mode;
     }
@@ -327,32 +328,13 @@ pub fn summarise(trace: &Trace) -> Summary {
     }
 }
 
-/// `OverPressure` to `over-pressure`.
-fn kebab(name: &str) -> String {
-    let mut out = String::with_capacity(name.len() + 4);
-    for letter in name.chars() {
-        if letter.is_ascii_uppercase() && !out.is_empty() {
-            out.push('-');
-        }
-        out.push(letter.to_ascii_lowercase());
-    }
-    out
-}
-
-/// A mode's name in reports: `running`, or `faulted:over-pressure`.
-#[must_use]
-pub fn mode_name(mode: Mode) -> String {
-    match mode {
-        Mode::Faulted(fault) => format!("faulted:{}", kebab(&format!("{fault:?}"))),
-        other => kebab(&format!("{other:?}")),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::record::mode_name;
     use model_core::actuation::Passage;
     use model_core::controller::Fault;
+    use model_core::supervisor::fault::FaultSet;
 
     /// A sample at which nothing happens, vented.
     fn rest(time_ms: u32) -> Sample {
@@ -360,6 +342,7 @@ mod tests {
             time_ms,
             actuation: Actuation::SAFE,
             mode: Mode::Vented,
+            faults: FaultSet::EMPTY,
             step: 0,
             repeat: 0,
             holding: false,

@@ -133,6 +133,7 @@ fn sample(time_ms: u32, inputs: &Inputs, outputs: &Outputs, plant: &Plant) -> Sa
         time_ms,
         actuation: outputs.actuation,
         mode: outputs.mode,
+        faults: outputs.faults,
         step: outputs.step,
         repeat: outputs.repeat,
         holding: outputs.holding,

@@ -2,6 +2,7 @@
 
 use model_core::actuation::Actuation;
 use model_core::controller::Mode;
+use model_core::supervisor::fault::FaultSet;
 
 /// One tick of a run.
 #[derive(Clone, Copy, Debug)]
@@ -12,6 +13,8 @@ pub struct Sample {
     pub actuation: Actuation,
     /// What the controller was doing.
     pub mode: Mode,
+    /// Every fault that is latched.
+    pub faults: FaultSet,
     /// Index of the sequence's step.
     pub step: u16,
     /// Which repeat of the sequence.

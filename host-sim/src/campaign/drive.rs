@@ -6,7 +6,7 @@ use crate::plant::{Plant, Scene};
 use crate::trace::Sample;
 use model_core::actuation::{Actuation, PerSegment};
 use model_core::controller::{Command, Controller, Inputs, Mode, Outputs};
-use model_core::supervisor::fault::Fault;
+use model_core::supervisor::fault::{Fault, FaultSet};
 use model_core::units::{Bend, Coefficients, Millis, Pressure};
 
 /// The hung task is reset this long after its last beat, ms: the firmware's watchdog.
@@ -200,6 +200,7 @@ fn sample(time_ms: u32, inputs: &Inputs, outputs: Option<&Outputs>, actuation: A
         time_ms,
         actuation,
         mode: outputs.map_or(Mode::SelfTest, |outputs| outputs.mode),
+        faults: outputs.map_or(FaultSet::EMPTY, |outputs| outputs.faults),
         step: outputs.map_or(0, |outputs| outputs.step),
         repeat: outputs.map_or(0, |outputs| outputs.repeat),
         holding: outputs.is_some_and(|outputs| outputs.holding),

@@ -4,6 +4,7 @@ pub mod csv;
 pub mod finger;
 pub mod html;
 pub mod plots;
+pub mod record;
 
 use crate::metrics::Summary;
 use crate::plant::PlantParameters;
@@ -72,7 +73,7 @@ pub fn write(folder: &Folder, trace: &Trace, summary: &Summary, parameters: &Pla
     let json = serde_json::to_string_pretty(summary)? + "\n";
     folder.write(&[
         ("report.html", page.as_str()),
-        ("samples.csv", &csv::table(trace)),
+        ("samples.csv", &csv::table(trace)?),
         ("finger.svg", &pictures.finger),
         ("pressures.svg", &pictures.pressures),
         ("actuation.svg", &pictures.actuation),
@@ -119,7 +120,9 @@ mod tests {
     fn the_table_reads_back() {
         let files = report(1);
         let (_, table) = files.iter().find(|(name, _)| name == "samples.csv").expect("there");
-        let rows = csv::parse(table).expect("parses");
+        let recording = csv::read(table.as_bytes()).expect("a recording");
+        assert!(!recording.torn && recording.bad_lines == 0, "{:?}", recording.first_bad);
+        let rows = &recording.records;
         assert_eq!(rows.len(), rows.last().map_or(0, |row| row.time_ms as usize + 1));
     }
 

@@ -7,6 +7,7 @@ use host_sim::simulate::{Program, Run, STANDBY_MS, VENT_MS};
 use host_sim::trace::{Sample, Trace};
 use model_core::controller::{Fault, Mode};
 use model_core::protocol::{LinkCommand, Report, SequenceName, Telemetry};
+use model_core::supervisor::fault::FaultSet;
 use model_core::units::{Bend, Pressure};
 
 /// Time between two signs of life, ms: the device vents after a second without one.
@@ -70,6 +71,7 @@ fn sample(time_ms: u32, bench: &Bench) -> Sample {
         actuation: bench.actuation(),
         // A fault that this version does not know vents all the same; the emergency stop stands for it.
         mode: told.map_or(Mode::Vented, |told| told.mode.mode().unwrap_or(Mode::Faulted(Fault::EmergencyStop))),
+        faults: told.map_or(FaultSet::EMPTY, |told| FaultSet::from_bits(told.faults)),
         step: told.map_or(0, |told| told.step),
         repeat: told.map_or(0, |told| told.repeat),
         holding: told.is_some_and(|told| told.holding),
