@@ -551,6 +551,8 @@ impl Controller {
         match test.step(inputs) {
             Verdict::Testing(actuation) => (None, Some(actuation)),
             Verdict::Passed => {
+                // Vented, as a new observer takes it to be.
+                self.observer = Observer::new(test.measured());
                 self.self_test = None;
                 (None, None)
             }

@@ -16,7 +16,7 @@ use crate::actuation::{Actuation, Passage, PerSegment};
 use crate::division::divide;
 use crate::units::Pressure;
 use fixed::types::I16F16;
-use pneumatics::ATMOSPHERE;
+pub(crate) use pneumatics::ATMOSPHERE;
 
 /// The model's pressures at one moment, less what had been corrected until it was reached: wrapping bits, because only
 /// differences count.
@@ -86,7 +86,7 @@ impl Observer {
             ahead_manifold: Pressure::ZERO,
             ahead_chambers: [Pressure::ZERO; 3],
             sags: [Pressure::ZERO; 3],
-            volumes: [pneumatics.chamber_ratio; 3],
+            volumes: pneumatics.chamber_ratios,
             shares: [I16F16::ONE; 3],
             pump_speed: I16F16::ZERO,
             sensor: Pressure::ZERO,
@@ -157,11 +157,12 @@ impl Observer {
         let before = self.ahead_manifold;
         let mut flow = model.pump_flow(before).saturating_mul(self.pump_speed);
         if actuation.dump == Passage::Open {
-            flow = flow.saturating_sub(model.valve_flow(before, Pressure::ZERO));
+            flow = flow.saturating_sub(model.valve_flow(model.dump_rate, before, Pressure::ZERO));
         }
-        for ((chamber, &share), passage) in self.ahead_chambers.iter_mut().zip(&self.shares).zip(actuation.segments) {
+        let valves = model.valve_rates.into_iter().zip(actuation.segments);
+        for ((chamber, &share), (rate, passage)) in self.ahead_chambers.iter_mut().zip(&self.shares).zip(valves) {
             if passage == Passage::Open {
-                let into = model.valve_flow(before, *chamber);
+                let into = model.valve_flow(rate, before, *chamber);
                 flow = flow.saturating_sub(into);
                 *chamber = *chamber + Pressure::from_fixed(into.saturating_mul(share));
             }
@@ -186,7 +187,8 @@ impl Observer {
         let model = self.pneumatics;
         let index = self.turn;
         self.turn = (index + 1) % 3;
-        let (Some(volume), Some(share), Some(chamber), Some(sag)) = (
+        let (Some(straight), Some(volume), Some(share), Some(chamber), Some(sag)) = (
+            model.chamber_ratios.get(index),
             self.volumes.get_mut(index),
             self.shares.get_mut(index),
             self.ahead_chambers.get_mut(index),
@@ -195,7 +197,7 @@ impl Observer {
             return;
         };
         let grown = I16F16::ONE.saturating_add(model.growth(*chamber));
-        let missing = model.chamber_ratio.saturating_mul(grown).saturating_sub(*volume);
+        let missing = straight.saturating_mul(grown).saturating_sub(*volume);
         let change = missing.saturating_mul(model.bending);
         *volume = volume.saturating_add(change).max(const { I16F16::lit("0.1") });
         *share = divide(I16F16::ONE, *volume).unwrap_or(I16F16::ONE);

@@ -1,5 +1,6 @@
 //! What is assumed of pump, valves and chambers.
 
+use crate::actuation::PerSegment;
 use crate::units::Pressure;
 use fixed::types::I16F16;
 
@@ -24,8 +25,9 @@ impl DeadTicks {
     }
 }
 
-/// What the observer and the regulator assume of the pneumatics. Nominal figures: the readings correct the
-/// pressures, not these. Inverses are kept instead of what they are of, so that no tick divides by them.
+/// What the observer and the regulator assume of the pneumatics: nominal, or what the self test has measured
+/// ([`SelfTest::measured`](crate::self_test::SelfTest::measured)). The readings correct the pressures, not these. Inverses are
+/// kept instead of what they are of, so that no tick divides by them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pneumatics {
     /// Pump: pressure rate of the manifold alone at 0 kPa, in kPa per ms.
@@ -36,15 +38,16 @@ pub struct Pneumatics {
     pub pump_spin: I16F16,
     /// Pump: ticks of full flow that it still gives after a stop: (1 - `pump_spin`) / `pump_spin`.
     pub pump_run_down: I16F16,
-    /// Segment valves and dump valve: choked pressure rate of the manifold alone, in kPa per ms and kPa of absolute
-    /// upstream pressure.
-    pub valve_rate: I16F16,
+    /// Each segment valve: choked pressure rate of the manifold alone, in kPa per ms and kPa of absolute upstream pressure.
+    pub valve_rates: PerSegment<I16F16>,
+    /// The same of the dump valve.
+    pub dump_rate: I16F16,
     /// Critical pressure ratio b of the valves (ISO 6358).
     pub critical_ratio: I16F16,
     /// 1/(1 - b).
     pub subsonic_scale: I16F16,
-    /// Volume of one straight chamber in manifold volumes.
-    pub chamber_ratio: I16F16,
+    /// Volume of each chamber, straight, in manifold volumes.
+    pub chamber_ratios: PerSegment<I16F16>,
     /// Share of the way to its rest that a bending chamber makes in three ticks: 1 - exp(-3 ms / time constant).
     pub bending: I16F16,
     /// Pressure sensor: share of the way that it makes in a tick.
@@ -64,10 +67,11 @@ impl Pneumatics {
         pump_spin: I16F16::lit("0.0645"),
         pump_run_down: I16F16::lit("14.5"),
         // 0.025 NL/(s bar) / 5 mL, per millisecond.
-        valve_rate: I16F16::lit("0.005"),
+        valve_rates: [I16F16::lit("0.005"); 3],
+        dump_rate: I16F16::lit("0.005"),
         critical_ratio: I16F16::lit("0.3"),
         subsonic_scale: I16F16::lit("1.428571"),
-        chamber_ratio: I16F16::lit("1.3572"),
+        chamber_ratios: [I16F16::lit("1.3572"); 3],
         bending: I16F16::lit("0.0368"),
         sensor_share: I16F16::lit("0.3297"),
         dead_ticks: DeadTicks(10),
@@ -81,20 +85,27 @@ impl Pneumatics {
         self.pump_rate.saturating_mul(share.max(I16F16::ZERO).min(I16F16::ONE))
     }
 
-    /// Flow from `from` to `to` through one valve, as pressure rate of the manifold alone in kPa per ms; odd in its
-    /// arguments (ISO 6358-1, equations for choked and subsonic flow).
+    /// Flow from `from` to `to` through a valve of this choked rate ([`Self::valve_rates`], [`Self::dump_rate`]), as pressure
+    /// rate of the manifold alone in kPa per ms; odd in `from` and `to` (ISO 6358-1, choked and subsonic flow).
+    #[must_use]
+    pub fn valve_flow(&self, rate: I16F16, from: Pressure, to: Pressure) -> I16F16 {
+        let flow = rate.saturating_mul(self.effective_pressure(from, to));
+        if from >= to { flow } else { -flow }
+    }
+
+    /// The absolute upstream pressure, in kPa, that would drive the same flow choked; never negative.
     ///
     /// Where the pressures differ by less than a 128th the flow is linear in the difference, and meets the law there: the
     /// root's endless slope at no difference would let a step of a millisecond swing.
     #[must_use]
-    pub fn valve_flow(&self, from: Pressure, to: Pressure) -> I16F16 {
+    pub(crate) fn effective_pressure(&self, from: Pressure, to: Pressure) -> I16F16 {
         let (up, down) = (from.max(to), from.min(to));
         // Below 1 kPa absolute the sensor has long failed; above 500 kPa everything has.
         let absolute =
             |p: Pressure| p.to_fixed().saturating_add(ATMOSPHERE).max(I16F16::ONE).min(const { I16F16::lit("500") });
         let (up, down) = (absolute(up), absolute(down));
         let difference = up.saturating_sub(down);
-        let effective = if difference < up >> LAMINAR_SHIFT {
+        if difference < up >> LAMINAR_SHIFT {
             difference.saturating_mul(LAMINAR_SLOPE)
         } else {
             let excess = down.saturating_sub(self.critical_ratio.saturating_mul(up)).max(I16F16::ZERO);
@@ -105,9 +116,7 @@ impl Pneumatics {
             // Q32 to Q14, whose root is Q7.
             let square = ((narrow * wide) >> 18).min(u64::from(u32::MAX)) as u32;
             I16F16::from_bits((square.isqrt() << 9) as i32)
-        };
-        let flow = self.valve_rate.saturating_mul(effective);
-        if from >= to { flow } else { -flow }
+        }
     }
 
     /// How much a chamber has grown once it rests at this pressure, as a share of its straight volume.
@@ -127,7 +136,7 @@ impl Pneumatics {
 }
 
 /// Standard atmosphere in kPa.
-pub(super) const ATMOSPHERE: I16F16 = I16F16::lit("101.325");
+pub(crate) const ATMOSPHERE: I16F16 = I16F16::lit("101.325");
 /// The flow is linear below a difference of 2^-7 of the upstream pressure.
 const LAMINAR_SHIFT: u32 = 7;
 /// What meets the law there with b = 0.3: sqrt(1 - ((1 - 1/128 - 0.3)/0.7)^2) * 128.
@@ -170,11 +179,13 @@ mod tests {
     #[test]
     fn valve_flow_follows_iso_6358_both_ways() {
         for (from, to) in [(150.0, 0.0), (150.0, 147.0), (400.0, 0.0), (0.0, 60.0), (1.0, 0.0), (75.0, 73.0)] {
-            let ours = MODEL.valve_flow(Pressure::from_f64_kpa(from), Pressure::from_f64_kpa(to)).to_num::<f64>();
+            let ours = MODEL
+                .valve_flow(MODEL.dump_rate, Pressure::from_f64_kpa(from), Pressure::from_f64_kpa(to))
+                .to_num::<f64>();
             let exact = flow_f64(from, to);
             assert!((ours - exact).abs() < 0.01 * exact.abs() + 0.002, "{from} -> {to}: {ours} for {exact}");
         }
-        assert_eq!(MODEL.valve_flow(Pressure::from_kpa(40), Pressure::from_kpa(40)), I16F16::ZERO);
+        assert_eq!(MODEL.valve_flow(MODEL.dump_rate, Pressure::from_kpa(40), Pressure::from_kpa(40)), I16F16::ZERO);
     }
 
     #[test]

@@ -30,7 +30,7 @@ const TICKS: u8 = 6;
 const NOT_EMPTY: Pressure = Pressure::from_kpa(4);
 
 /// A chamber's volume in 16ths of the manifold's, as nominal.
-const CHAMBER_16THS: i32 = Nominal::NOMINAL.chamber_ratio.to_bits() >> 12;
+const CHAMBER_16THS: i32 = Nominal::NOMINAL.chamber_ratios[0].to_bits() >> 12;
 /// A movement that must have been at least so large, everywhere that is open, is compared with what was seen ...
 const EXPECTED: Pressure = Pressure::from_kpa(5);
 /// ... or of this size when the reading stands still: the true pressure may move six times as fast.

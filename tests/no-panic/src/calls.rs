@@ -250,7 +250,7 @@ fn pneumatics() {
     consume(DeadTicks::get(pneumatics.dead_ticks));
     consume(Pneumatics::pump_flow(&pneumatics, any(Pressure::ZERO)));
     consume(Pneumatics::growth(&pneumatics, any(Pressure::ZERO)));
-    consume(Pneumatics::valve_flow(&pneumatics, any(Pressure::ZERO), any(Pressure::ZERO)));
+    consume(Pneumatics::valve_flow(&pneumatics, any(I16F16::ZERO), any(Pressure::ZERO), any(Pressure::ZERO)));
 }
 
 #[inline(never)]
@@ -270,6 +270,7 @@ fn self_test() {
     let mut test = any(SelfTest::new());
     consume(SelfTest::step(&mut test, &any(INPUTS)));
     consume(SelfTest::named(&any(test.clone()), any(Part::Pump)));
+    consume(SelfTest::measured(&any(test.clone())));
     consume(test);
     consume(<SelfTest as Default>::default());
     consume(Part::code(any(Part::Pump)));

@@ -134,9 +134,11 @@ impl Front {
         let chambers_kpa = self.estimates_kpa();
         let flows = self.observer.flows().map(|flow| flow.to_num::<f64>());
         let model = self.observer.pneumatics();
-        let ratio = model.chamber_ratio.to_num::<f64>();
-        let open_rate =
-            |chamber: Pressure| model.valve_flow(self.observer.manifold(), chamber).to_num::<f64>().abs() / ratio;
+        let chambers = self.observer.chambers();
+        let open_rate = |i: usize| {
+            let flow = model.valve_flow(model.valve_rates[i], self.observer.manifold(), chambers[i]);
+            (flow / model.chamber_ratios[i]).to_num::<f64>().abs()
+        };
         View {
             references_kpa,
             reference_rates: core::array::from_fn(|i| {
@@ -145,7 +147,7 @@ impl Front {
             }),
             chambers_kpa,
             ahead_kpa: core::array::from_fn(|i| chambers_kpa[i] + flows[i] * self.gains.lead_ms),
-            open_rates: self.observer.chambers().map(open_rate),
+            open_rates: core::array::from_fn(open_rate),
             served: self.served,
         }
     }
@@ -202,10 +204,11 @@ impl Front {
         let model = self.observer.pneumatics();
         let manifold = self.observer.manifold();
         let pumped = model.pump_flow(manifold).to_num::<f64>() * f64::from(self.observer.pump_ticks_pending());
-        let dumped =
-            model.valve_flow(manifold, Pressure::ZERO).to_num::<f64>() * f64::from(self.observer.dump_ticks_pending());
-        let opened = open.iter().filter(|&&open| open).count() as f64;
-        manifold.to_f64() + (pumped - dumped) / (1.0 + opened * model.chamber_ratio.to_num::<f64>())
+        let dumped = model.valve_flow(model.dump_rate, manifold, Pressure::ZERO).to_num::<f64>()
+            * f64::from(self.observer.dump_ticks_pending());
+        let opened = open.iter().zip(model.chamber_ratios).filter(|&(&open, _)| open);
+        let volume = 1.0 + opened.map(|(_, ratio)| ratio.to_num::<f64>()).sum::<f64>();
+        manifold.to_f64() + (pumped - dumped) / volume
     }
 
     /// Supplies the manifold beyond the chambers and opens those that want it.

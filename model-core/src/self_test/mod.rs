@@ -7,10 +7,16 @@
 //! Everything is closed and the manifold alone is charged with a little air. It must rise while the pump runs, stop when
 //! it stops, stay while all is closed, and fall when the part under test opens. A finger's chambers see what one manifold
 //! holds at a time: with host-sim's plant at most 12 kPa, and the manifold at most 40 kPa.
+//!
+//! The same flows are measured on the way: pump, valves and chambers as they are, for the observer ([`SelfTest::measured`]).
+
+mod measurement;
 
 use crate::actuation::{Actuation, Passage, Segment};
 use crate::controller::{Fault, Inputs, Reading};
+use crate::observer::Pneumatics;
 use crate::units::Pressure;
+use measurement::Measurement;
 
 /// What did not respond.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,8 +87,8 @@ const AT_ATMOSPHERE: Pressure = Pressure::from_kpa(4);
 const REST_TICKS: u16 = 400;
 /// Chambers at 150 kPa vent in 1.6 s; half as fast, with as much to spare.
 const REST_LIMIT: u16 = 5000;
-/// Dead time of the valves, twice the nominal.
-const CLOSING_TICKS: u16 = 20;
+/// Dead time of the valves, twice the nominal, and twice that in the cold.
+const CLOSING_TICKS: u16 = 40;
 /// The pump is stopped here; what it delivers while it runs down takes the manifold to about 30 kPa.
 const CHARGED: Pressure = Pressure::from_kpa(12);
 /// A nominal pump needs 45 ms, one with half its flow and twice its dead time 80 ms. A sensor that does not move lets a
@@ -95,8 +101,8 @@ const HOLDING_TICKS: u16 = 60;
 const HOLD_LOSS: Pressure = Pressure::from_kpa(4);
 /// A pump that runs on adds 60 kPa in that time.
 const HOLD_GAIN: Pressure = Pressure::from_kpa(6);
-/// A chamber takes two thirds of the manifold's air, the open dump all of it.
-const OPENING_TICKS: u16 = 120;
+/// A chamber takes two thirds of the manifold's air, the open dump all of it; the bend comes to rest, and the volume with it.
+const OPENING_TICKS: u16 = 240;
 /// Share of its pressure, in percent, above which a manifold that opens to one chamber must have been open to another.
 const KEPT_WITH_ANOTHER: i64 = 54;
 
@@ -114,6 +120,7 @@ pub struct SelfTest {
     suspect: Option<Segment>,
     /// It does not close.
     suspect_is_open: bool,
+    measurement: Measurement,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -145,7 +152,14 @@ impl SelfTest {
             rested: 0,
             suspect: None,
             suspect_is_open: false,
+            measurement: Measurement::new(),
         }
+    }
+
+    /// Pump, valves and chambers as measured, once it has passed; nominal where it could not tell.
+    #[must_use]
+    pub const fn measured(&self) -> Pneumatics {
+        self.measurement.measured()
     }
 
     /// The fault that the failure of this part means.
@@ -171,9 +185,18 @@ impl SelfTest {
     pub fn step(&mut self, inputs: &Inputs) -> Verdict {
         let Reading::Valid(pressure) = inputs.manifold else { return Verdict::Testing(Actuation::SAFE) };
         self.ticks = self.ticks.saturating_add(1);
+        self.measurement.read(pressure);
+        match self.phase {
+            Phase::Opening => self.measurement.opens(pressure),
+            Phase::Charging => self.measurement.pumps(),
+            _ => self.measurement.work(),
+        }
         match self.phase {
             Phase::Resting | Phase::Venting => return self.rest(pressure, inputs.bend),
-            Phase::Closing if self.ticks >= CLOSING_TICKS => self.enter(Phase::Charging, pressure),
+            Phase::Closing if self.ticks >= CLOSING_TICKS => {
+                self.measurement.charging();
+                self.enter(Phase::Charging, pressure);
+            }
             Phase::Charging if pressure >= CHARGED => self.enter(Phase::Settling, pressure),
             Phase::Charging if self.ticks >= CHARGE_LIMIT => return Verdict::Failed(Part::Pump),
             Phase::Settling if self.ticks >= SETTLING_TICKS => self.enter(Phase::Holding, pressure),
@@ -184,6 +207,7 @@ impl SelfTest {
                 if pressure < self.from - HOLD_LOSS || pressure < CHARGED - HOLD_LOSS {
                     return Verdict::Failed(Part::Tightness);
                 }
+                self.measurement.charged();
                 self.enter(Phase::Opening, pressure);
             }
             Phase::Opening if self.ticks >= OPENING_TICKS => {
@@ -204,11 +228,15 @@ impl SelfTest {
                         self.enter(Phase::Resting, pressure);
                     }
                     (None, false) => return Verdict::Failed(Part::Dump),
-                    (Some(_), true) => {
+                    (Some(segment), true) => {
+                        self.measurement.filled(segment as usize);
                         self.part = self.part.saturating_add(1);
                         self.enter(Phase::Closing, pressure);
                     }
-                    (None, true) => self.enter(Phase::Venting, pressure),
+                    (None, true) => {
+                        self.measurement.dumped();
+                        self.enter(Phase::Venting, pressure);
+                    }
                 }
             }
             _ => {}
@@ -226,6 +254,7 @@ impl SelfTest {
             if !matches!(bend, Reading::Valid(_)) {
                 return Verdict::Failed(Part::BendSensor);
             }
+            self.measurement.rests();
             self.enter(Phase::Closing, pressure);
             return Verdict::Testing(self.actuation());
         }
