@@ -224,6 +224,7 @@ pub struct Controller {
 
 /// The self test's phases under a latched fault.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "there is no heap to put it on, and one controller")]
 enum Diagnosis {
     /// Vented by the fault for so many ticks: not yet.
     Venting(u16),

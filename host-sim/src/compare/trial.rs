@@ -2,19 +2,25 @@
 
 use super::scenario::Scenario;
 use crate::plant::{Plant, Truth};
-use anyhow::{Result, anyhow};
+use anyhow::{Result, anyhow, bail};
 use model_core::actuation::{Actuation, PerSegment};
+use model_core::observer::Pneumatics;
+use model_core::self_test::{SelfTest, Verdict};
 use model_core::units::Pressure;
 
 /// A regulator under comparison: once a millisecond, references and the manifold's reading in, outputs out.
 pub trait Contender: Send {
+    /// What the power-on self test has measured of the machine, once, before the first tick.
+    fn know(&mut self, pneumatics: Pneumatics);
     /// One tick. The reading has its zero taken off.
     fn step(&mut self, references: PerSegment<Pressure>, manifold: Pressure) -> Actuation;
     /// What it takes each chamber's pressure to be, kPa.
     fn estimates_kpa(&self) -> [f64; 3];
 }
 
-/// Time before the scenario, vented, in which the sensor's zero is taken: as the controller does in standby, ms.
+/// The self test ends long before, ms.
+const SELF_TEST_MS: u32 = 10_000;
+/// Time between self test and scenario, vented, in which the sensor's zero is taken: as the controller does in standby, ms.
 const STANDBY_MS: u32 = 1000;
 /// The last of it, in which the air has long left, is averaged, ms.
 const ZERO_MS: u32 = 400;
@@ -62,12 +68,13 @@ const KEPT: usize = 64;
 /// Runs it.
 ///
 /// # Errors
-/// When the pressure sensor fails, which no scenario asks for.
+/// When the pressure sensor fails or the self test does not pass, which no scenario asks for.
 pub fn run(scenario: &Scenario, seed: u64, contender: &mut dyn Contender) -> Result<Trial> {
     let mut plant = Plant::new(scenario.variation.parameters(), scenario.variation.scene(), seed);
     let reading = |plant: &Plant| {
         plant.inputs().manifold.valid().ok_or_else(|| anyhow!("the pressure sensor fails in {}", scenario.name))
     };
+    contender.know(self_tested(&mut plant, scenario)?);
     let mut zero_kpa = 0.0;
     for time_ms in 0..STANDBY_MS {
         if time_ms >= STANDBY_MS - ZERO_MS {
@@ -98,6 +105,21 @@ pub fn run(scenario: &Scenario, seed: u64, contender: &mut dyn Contender) -> Res
         plant.step(&actuation);
     }
     Ok(trial)
+}
+
+/// What the power-on self test measures of this machine, as the controller does before anything else.
+fn self_tested(plant: &mut Plant, scenario: &Scenario) -> Result<Pneumatics> {
+    let mut test = SelfTest::new();
+    for _ in 0..SELF_TEST_MS {
+        match test.step(&plant.inputs()) {
+            Verdict::Testing(actuation) => {
+                plant.step(&actuation);
+            }
+            Verdict::Passed => return Ok(test.measured()),
+            Verdict::Failed(part) => bail!("the self test finds {part:?} in {}", scenario.name),
+        }
+    }
+    bail!("the self test does not end in {}", scenario.name)
 }
 
 /// Whether a reference jumps.

@@ -3,6 +3,7 @@
 use super::front::{Front, FrontGains, Wish};
 use crate::compare::trial::Contender;
 use model_core::actuation::{Actuation, PerSegment};
+use model_core::observer::Pneumatics;
 use model_core::units::Pressure;
 
 /// Its own figures.
@@ -35,6 +36,10 @@ impl BangBang {
 }
 
 impl Contender for BangBang {
+    fn know(&mut self, pneumatics: Pneumatics) {
+        self.front.know(pneumatics);
+    }
+
     fn step(&mut self, references: PerSegment<Pressure>, manifold: Pressure) -> Actuation {
         let view = self.front.observe(references, manifold);
         for (i, direction) in self.directions.iter_mut().enumerate() {

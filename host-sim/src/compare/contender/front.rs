@@ -119,6 +119,11 @@ impl Front {
         }
     }
 
+    /// The observer starts anew from what the self test has measured.
+    pub fn know(&mut self, pneumatics: Pneumatics) {
+        self.observer = Observer::new(pneumatics);
+    }
+
     /// Estimates, kPa.
     #[must_use]
     pub fn estimates_kpa(&self) -> [f64; 3] {

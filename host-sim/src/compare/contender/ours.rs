@@ -27,6 +27,10 @@ impl Default for Ours {
 }
 
 impl Contender for Ours {
+    fn know(&mut self, pneumatics: Pneumatics) {
+        self.observer = Observer::new(pneumatics);
+    }
+
     fn step(&mut self, references: PerSegment<Pressure>, manifold: Pressure) -> Actuation {
         self.observer.measure(manifold);
         let actuation = self.regulator.step(references, &mut self.observer);

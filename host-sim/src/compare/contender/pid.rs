@@ -4,6 +4,7 @@ use super::front::{Front, FrontGains, Wish};
 use super::pwm::Pwm;
 use crate::compare::trial::Contender;
 use model_core::actuation::{Actuation, PerSegment};
+use model_core::observer::Pneumatics;
 use model_core::units::Pressure;
 
 /// Its own figures.
@@ -52,6 +53,10 @@ const INTEGRAL_LIMIT: f64 = 1.0;
 const DERIVATIVE_FILTER_MS: f64 = 5.0;
 
 impl Contender for PwmPid {
+    fn know(&mut self, pneumatics: Pneumatics) {
+        self.front.know(pneumatics);
+    }
+
     fn step(&mut self, references: PerSegment<Pressure>, manifold: Pressure) -> Actuation {
         let view = self.front.observe(references, manifold);
         let law = self.law;

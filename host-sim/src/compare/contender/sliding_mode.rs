@@ -11,6 +11,7 @@ use super::front::{Front, FrontGains, Wish};
 use super::pwm::Pwm;
 use crate::compare::trial::Contender;
 use model_core::actuation::{Actuation, PerSegment};
+use model_core::observer::Pneumatics;
 use model_core::units::Pressure;
 
 /// Its own figures.
@@ -62,6 +63,10 @@ const INTEGRAL_KPA: f64 = 3.0;
 const SLOWEST: f64 = 0.02;
 
 impl Contender for SlidingMode {
+    fn know(&mut self, pneumatics: Pneumatics) {
+        self.front.know(pneumatics);
+    }
+
     fn step(&mut self, references: PerSegment<Pressure>, manifold: Pressure) -> Actuation {
         let view = self.front.observe(references, manifold);
         let law = self.law;
