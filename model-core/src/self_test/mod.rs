@@ -158,7 +158,7 @@ impl SelfTest {
 
     /// Pump, valves and chambers as measured, once it has passed; nominal where it could not tell.
     #[must_use]
-    pub const fn measured(&self) -> Pneumatics {
+    pub fn measured(&self) -> Pneumatics {
         self.measurement.measured()
     }
 
@@ -185,7 +185,7 @@ impl SelfTest {
     pub fn step(&mut self, inputs: &Inputs) -> Verdict {
         let Reading::Valid(pressure) = inputs.manifold else { return Verdict::Testing(Actuation::SAFE) };
         self.ticks = self.ticks.saturating_add(1);
-        self.measurement.read(pressure);
+        self.measurement.read(pressure, inputs.bend);
         match self.phase {
             Phase::Opening => self.measurement.opens(pressure),
             Phase::Charging => self.measurement.pumps(),

@@ -6,8 +6,9 @@ use crate::units::Pressure;
 /// Mean absolute second difference above which the reading is noisy. White noise of 0.3 kPa rms has 0.6 kPa; a valve that
 /// opens bends the reading by 5 kPa in one tick, which counts a sixty-fourth. Five times the noise is found.
 const NOISY: Pressure = Pressure::from_milli_kpa(2000);
-/// Below this the reading has no noise of its own, and a sensor's output stands still: its converter alone has 0.1 kPa.
-const SMOOTH: Pressure = Pressure::from_milli_kpa(250);
+/// Below this the reading has no noise of its own, and a sensor's output stands still: its converter alone has 0.1 kPa. A sound
+/// sensor with half the noise has 0.3 kPa, and over the mean's 64 ticks a tenth of that more or less.
+const SMOOTH: Pressure = Pressure::from_milli_kpa(175);
 /// Largest change in [`RATE_TICKS`] ticks. Three chambers at 150 kPa that open into an empty manifold through valves with 1.4
 /// times their conductance raise it by 5.3 kPa/ms for a few milliseconds only, seen through the sensor's lag.
 const RATE: Pressure = Pressure::from_kpa(36);
