@@ -2,6 +2,7 @@
 //!
 //! - **Pump.** What the manifold alone has gained over a charge, by the ticks for which the pump was commanded: what is missing
 //!   while it spins up comes while it runs down, and a dead time delays both ends alike.
+//!   What still came after the stop tells dead time and run-down, as their sum.
 //! - **Chambers.** Air is conserved when the charged manifold opens to a straight chamber at atmosphere; how much the
 //!   chamber has grown by then is told by the bend.
 //! - **Valves.** While the charged manifold empties, its loss against the time integral of what ISO 6358 lets through for the
@@ -31,6 +32,28 @@ const TO_ATMOSPHERE_256THS: i64 = 160;
 const SAMPLES: i64 = 6;
 /// Growth of a chamber's volume with its bend, a share per degree: 30 % at 113 degrees, as [`Pneumatics::growth`] has it.
 const GROWTH_PER_DEG: I16F16 = I16F16::lit("0.0026549");
+/// The sensor's time constant, ticks.
+const SENSOR_LAG: I16F16 = I16F16::lit("2.5");
+/// Dead time and run-down over the ticks of a charge, where 0, 1, 2, ... 15 sixteenths of it came after its stop: v in
+/// share = 0.4 v + 0.6 v (1 - exp(-(1 - 0.4 v) / (0.6 v))).
+const COMING: [I16F16; 16] = [
+    I16F16::lit("0.0000"),
+    I16F16::lit("0.0625"),
+    I16F16::lit("0.1250"),
+    I16F16::lit("0.1875"),
+    I16F16::lit("0.2504"),
+    I16F16::lit("0.3143"),
+    I16F16::lit("0.3806"),
+    I16F16::lit("0.4505"),
+    I16F16::lit("0.5258"),
+    I16F16::lit("0.6085"),
+    I16F16::lit("0.7010"),
+    I16F16::lit("0.8071"),
+    I16F16::lit("0.9324"),
+    I16F16::lit("1.0861"),
+    I16F16::lit("1.2868"),
+    I16F16::lit("1.5832"),
+];
 /// Nothing is taken to be less than a third or more than three times the nominal.
 const BOUND: I16F16 = I16F16::lit("3");
 
@@ -54,9 +77,13 @@ pub(super) struct Measurement {
     /// Where the charge began, and for how many ticks the pump was commanded.
     from: Pressure,
     pumped: u16,
+    /// The reading at the stop, and ticks of full flow that came after it, summed over all charges.
+    stopped: Pressure,
+    came: I16F16,
     /// Gains of all charges, in kPa, and the ticks of full flow that they took.
     gained: I16F16,
     ticks: I16F16,
+    charges: u8,
     /// A valve's opening: readings above atmosphere, kPa in 2^-8.
     trace: [i16; TRACE],
     kept: usize,
@@ -113,8 +140,11 @@ impl Measurement {
             zero: Pressure::ZERO,
             from: Pressure::ZERO,
             pumped: 0,
+            stopped: Pressure::ZERO,
+            came: I16F16::ZERO,
             gained: I16F16::ZERO,
             ticks: I16F16::ZERO,
+            charges: 0,
             trace: [0; TRACE],
             kept: 0,
             passing: Passing::Nothing,
@@ -150,8 +180,14 @@ impl Measurement {
         self.pumped = self.pumped.saturating_add(1);
     }
 
+    /// The pump is commanded to stop.
+    pub(super) const fn stops(&mut self, reading: Pressure) {
+        self.stopped = reading;
+    }
+
     /// The pump has long stopped, and nothing was open: the next opening begins.
     pub(super) fn charged(&mut self) {
+        self.charges = self.charges.saturating_add(1);
         let gain = self.level - self.from;
         let mean = self.from.midpoint(self.level) - self.zero;
         let share = I16F16::ONE.saturating_sub(self.measured.pump_fade.saturating_mul(mean.to_fixed()));
@@ -160,9 +196,30 @@ impl Measurement {
         if let Some(rate) = divide(self.gained, self.ticks) {
             self.measured.pump_rate = within(rate, Pneumatics::NOMINAL.pump_rate);
         }
+        self.came = self.came.saturating_add(self.coming((self.level - self.stopped).to_fixed(), gain.to_fixed()));
+        if let Some(ticks) = divide(self.came, I16F16::from_num(self.charges)) {
+            let run_down = ticks.saturating_sub(I16F16::from_num(self.measured.dead_ticks.get()));
+            self.measured.pump_run_down = run_down.max(I16F16::ONE).min(const { I16F16::lit("60") });
+        }
         self.before = self.level - self.zero;
         (self.kept, self.passing) = (0, Passing::Nothing);
         self.straight = self.bend;
+    }
+
+    /// Ticks of full flow after a stop, from a charge of so many kPa of which so many came after it.
+    ///
+    /// With dead time and run-down in their nominal proportion, the share that came after is a function of their sum over the
+    /// ticks for which the pump was commanded; the charge is too short for the full speed.
+    fn coming(&self, after: I16F16, gain: I16F16) -> I16F16 {
+        let pumped = I16F16::from_num(self.pumped.clamp(1, 1000));
+        let lag = divide(SENSOR_LAG, pumped).unwrap_or(I16F16::ZERO);
+        let share = divide(after, gain).unwrap_or(I16F16::ZERO).saturating_sub(lag).max(I16F16::ZERO);
+        let sixteenths = share.saturating_mul(I16F16::from_num(16));
+        let index = usize::try_from(sixteenths.to_bits() >> 16).unwrap_or(0).min(COMING.len() - 2);
+        let low = COMING.get(index).copied().unwrap_or(I16F16::ZERO);
+        let high = COMING.get(index + 1).copied().unwrap_or(low);
+        let part = sixteenths.saturating_sub(I16F16::from_num(index as u8)).min(I16F16::ONE);
+        pumped.saturating_mul(low.saturating_add(high.saturating_sub(low).saturating_mul(part)))
     }
 
     /// A tick of an opening: kept for later.
