@@ -1,4 +1,14 @@
-//! The project's chores, in Rust so that they run wherever the project does: `cargo xtask help`.
+//! The project's chores, in Rust so that they run wherever the project does.
+//!
+//! ```text
+//! cargo xtask help                     every chore with a line
+//! cargo xtask help dist                what one writes, installs, and its options
+//! cargo xtask test                     the gate: everything must pass
+//! cargo xtask new-sequence my-own      a sequence of one's own, to be edited
+//! cargo xtask dist                     the release
+//! ```
+//!
+//! A chore of one step is a file; what has several is in `steps.rs`, and which compiler builds for the chip in `toolchain.rs`.
 
 mod baseline;
 mod board_figures;
