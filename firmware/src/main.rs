@@ -7,6 +7,14 @@
 //! | `control::control` | thread | the core's step, coils, answers |
 //! | `link::receive`, `link::transmit` | thread | frames from and to the host, telemetry 100 times a second |
 //! | `beats::supervise` | thread | feeds the watchdog when all of the above have beaten |
+//!
+//! ```text
+//! cargo run -p firmware --release     builds, flashes by probe-rs, shows the log
+//! cargo xtask firmware                target/firmware/firmware.{elf,bin,hex} and their sizes
+//! cargo run --release -- run --on elf the same ELF on the emulated board
+//! ```
+//!
+//! `docs/architecture.md` has the picture, `docs/wiring.md` the pins.
 #![cfg_attr(target_os = "none", no_std)]
 #![cfg_attr(target_os = "none", no_main)]
 

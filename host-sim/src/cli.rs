@@ -14,7 +14,7 @@ use crate::report::{self, Folder};
 use crate::simulate::{Program, Run};
 use crate::trace::Trace;
 use anyhow::{Result, anyhow};
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand};
 use model_core::calibration;
 use model_core::sequence::{self, library};
 use model_core::units::{Bend, CoefficientError, Coefficients, Pressure};
@@ -220,6 +220,12 @@ fn coefficients(text: &str) -> Result<Coefficients, String> {
         CoefficientError::C1 => format!("C1 = {c1} is outside 5..=40 kPa: check the fit"),
         CoefficientError::C2 => format!("C2 = {c2} is outside 0..=2 kPa: check the fit"),
     })
+}
+
+/// The command line as clap has it, for what checks or shows it.
+#[must_use]
+pub fn command() -> clap::Command {
+    Arguments::command()
 }
 
 /// Parses and runs the command line; returns the exit code.

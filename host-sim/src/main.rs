@@ -1,4 +1,4 @@
-//! Command line of the simulated finger.
+//! Command line of the simulated finger: `host-sim help`; docs/getting-started.md begins with it.
 
 use std::process::ExitCode;
 

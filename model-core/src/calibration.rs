@@ -5,6 +5,18 @@
 //! and c2, none of them negative, can give. Bend is what the table measured and what the finger is asked for; a fit in
 //! relative pressure would weight the 30 kPa point most and leave up to 1.7 % of pressure at 90 kPa.
 //!
+//! ```
+//! use model_core::calibration;
+//!
+//! // Pressure in kPa and bend in degrees, made from known coefficients: the fit finds them.
+//! let known = [2.0, 12.0, 0.4];
+//! let points = [30.0, 60.0, 90.0, 120.0, 150.0].map(|kpa| (kpa, calibration::bend_deg(known, kpa)));
+//! let fit = calibration::fit(&points).expect("five points determine three coefficients");
+//! for (found, known) in fit.coefficients_kpa.iter().zip(known) {
+//!     assert!((found - known).abs() < 1e-3, "{found} for {known}");
+//! }
+//! ```
+//!
 //! `cargo test -p model-core calibration -- --nocapture` prints the fits of all three rows of the paper's Table 2.
 
 use crate::units::Coefficients;

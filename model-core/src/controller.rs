@@ -194,7 +194,21 @@ pub struct Outputs {
     pub bend: Reading<Bend>,
 }
 
-/// The whole of the controller's state.
+/// The whole of the controller's state; the crate's page shows its use.
+///
+/// A command is taken or refused at once, and what it changes is seen in the next step:
+///
+/// ```
+/// use model_core::calibration;
+/// use model_core::controller::{Command, Controller, Rejection};
+/// use model_core::units::Pressure;
+///
+/// let mut controller = Controller::new([calibration::DEFAULT; 3]);
+/// let too_much = [Pressure::from_kpa(151), Pressure::ZERO, Pressure::ZERO];
+/// assert_eq!(controller.command(Command::Setpoints(too_much)), Err(Rejection::SetpointOutOfLimits));
+/// assert_eq!(controller.command(Command::Pause), Err(Rejection::NotRunning));
+/// assert_eq!(controller.command(Command::Vent), Ok(()));
+/// ```
 #[derive(Clone, Debug)]
 pub struct Controller {
     coefficients: PerSegment<Coefficients>,

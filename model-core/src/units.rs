@@ -1,4 +1,19 @@
 //! Quantities with their units: newtypes over `fixed`, saturating, totally ordered, `const`-constructible.
+//!
+//! ```
+//! use model_core::units::{Bend, Coefficients, CoefficientError, Millis, Pressure};
+//! use fixed::types::I8F24;
+//!
+//! const HIGHEST: Pressure = Pressure::from_kpa(150);
+//! assert_eq!(Pressure::from_milli_kpa(60_500).to_bits(), 60 * 65_536 + 32_768);
+//! assert!(HIGHEST - Pressure::from_kpa(30) > Pressure::from_kpa(119));
+//! assert_eq!(Bend::MAX + Bend::LSB, Bend::MAX); // saturates
+//! assert_eq!(Millis(5).since(Millis(7)), Millis::ZERO);
+//!
+//! let kpa = |text: f64| I8F24::from_num(text);
+//! assert!(Coefficients::new(kpa(0.0), kpa(13.8), kpa(0.34)).is_ok());
+//! assert_eq!(Coefficients::new(kpa(0.0), kpa(4.0), kpa(0.34)), Err(CoefficientError::C1)); // c1 is 5..=40 kPa
+//! ```
 
 use core::ops::{Add, Sub};
 use fixed::types::{I8F24, I16F16};

@@ -3,7 +3,7 @@
 //! The program `no-panic` calls every public function of model-core. The linker keeps only what can be reached, so a
 //! panic function in its symbol table is one that some call reaches; the relocations, kept in the ELF, say by whom.
 
-use crate::{root, run, toolchain};
+use crate::{run, toolchain};
 use addr2line::gimli;
 use anyhow::{Context, Result, bail, ensure};
 use object::{Object, ObjectSection, ObjectSymbol, RelocationTarget, SymbolKind};
@@ -231,8 +231,7 @@ fn frames(lines: &Lines<'_>, address: u64) -> Result<Vec<String>> {
 
 /// A path without what differs from machine to machine: from the workspace, the registry's folder or the library's on.
 fn near(file: &str) -> &str {
-    let workspace = root();
-    let inside = Path::new(file).strip_prefix(&workspace).ok().and_then(Path::to_str);
+    let inside = Path::new(file).strip_prefix(toolchain::WORKSPACE).ok().and_then(Path::to_str);
     let after = |mark: &str| file.split_once(mark).map(|(_, rest)| rest);
     let registry = after("/registry/src/").and_then(|rest| rest.split_once('/')).map(|(_, rest)| rest);
     inside.or(registry).or_else(|| after("/library/")).unwrap_or(file)

@@ -1,7 +1,8 @@
 //! Chores of several steps, each announced and timed.
 
 use crate::{
-    board_figures, campaign, command, compare, firmware, markers, no_panic, pareto, plant, root, run, toolchain,
+    board_figures, campaign, command, compare, dist, excerpts, firmware, markers, no_panic, pareto, plant, root, run,
+    toolchain,
 };
 use anyhow::{Context, Result, ensure};
 use std::ffi::OsString;
@@ -29,7 +30,7 @@ fn all(steps: &[Step], done: &str) -> Result<()> {
 
 /// Renews every figure and picture that the documents show, but the exhaustive run's.
 pub fn docs() -> Result<()> {
-    let steps: [Step; 7] = [
+    let steps: [Step; 8] = [
         ("ways to compute the model", || pareto::pareto(false, true)),
         ("the plant's integrators", || plant::plant(true)),
         ("regulators", compare::compare),
@@ -37,13 +38,14 @@ pub fn docs() -> Result<()> {
         ("the campaign's result", || campaign::campaign(false)),
         ("pictures", pictures),
         ("fault table", faults),
+        ("excerpts", excerpts::excerpts),
     ];
     all(&steps, "all renewed")
 }
 
 /// Everything that must hold before a change is accepted.
 pub fn test() -> Result<()> {
-    let steps: [Step; 13] = [
+    let steps: [Step; 14] = [
         ("toolchains", || {
             toolchain::set_up_emulator()?;
             toolchain::set_up().map(|route| println!("{route}"))
@@ -56,6 +58,7 @@ pub fn test() -> Result<()> {
             run(command("cargo").args(["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))
         }),
         ("firmware and its size", || firmware::build_and_report(false)),
+        ("release, the same twice", dist::check),
         ("no panic path", no_panic::check),
         ("figures against the baseline", || {
             pareto::gate()?;

@@ -14,6 +14,9 @@ use std::process::Command;
 /// The target of the STM32F446RE: Cortex-M4 with FPU.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 
+/// What the workspace's folder is called in the files built for it.
+pub const WORKSPACE: &str = "finger";
+
 /// What Debian packages the third route needs.
 const PACKAGES: [&str; 4] = ["rustc-web", "cargo-web", "rust-web-src", "lld"];
 
@@ -159,7 +162,11 @@ fn is_root() -> bool {
 /// A `cargo build` for the target, and where it puts its files.
 pub fn cargo_build(route: Route) -> (Command, PathBuf) {
     // A folder of its own: two compilers' files do not mix.
-    let folder = crate::root().join("target").join("thumb");
+    cargo_build_of(route, &crate::root(), &crate::root().join("target").join("thumb"))
+}
+
+/// The same of the sources in `root`, into `folder`. The files do not depend on where either lies.
+pub fn cargo_build_of(route: Route, root: &Path, folder: &Path) -> (Command, PathBuf) {
     let mut cargo = match route {
         Route::Rustup => command("cargo"),
         Route::Debian => {
@@ -185,13 +192,37 @@ pub fn cargo_build(route: Route) -> (Command, PathBuf) {
             cargo
         }
     };
-    cargo.args(["build", "--release", "--target", TARGET, "--target-dir"]).arg(&folder);
+    cargo.current_dir(root);
+    cargo.args(["build", "--release", "--target", TARGET, "--target-dir"]).arg(folder);
+    // Debug information and panics name source files.
+    let flags = remapped(root).map(|(from, to)| format!("--remap-path-prefix={}={to}", from.display()));
+    cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\u{1f}"));
     if route == Route::Debian {
         cargo.arg("-Zbuild-std=core,alloc");
     }
     // Without it nothing is logged.
     cargo.env("DEFMT_LOG", std::env::var("DEFMT_LOG").unwrap_or_else(|_| "info".into()));
     (cargo, folder.join(TARGET).join("release"))
+}
+
+/// The compiler's version, as it says it.
+pub fn compiler(route: Route) -> Result<String> {
+    let rustc = match route {
+        Route::Rustup => "rustc",
+        Route::Debian => "/usr/bin/rustc",
+    };
+    let output = command(rustc).arg("--version").output()?;
+    anyhow::ensure!(output.status.success(), "{rustc} does not say its version");
+    Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+}
+
+/// Folders that differ from one machine to the next, and what the firmware's files have instead.
+fn remapped(root: &Path) -> [(PathBuf, &'static str); 2] {
+    let home = |name: &str, default: &str| {
+        let user = || std::env::var_os("HOME").map(|home| PathBuf::from(home).join(default));
+        std::env::var_os(name).map(PathBuf::from).or_else(user)
+    };
+    [(home("CARGO_HOME", ".cargo").unwrap_or_else(|| "/nowhere".into()), "cargo"), (root.to_path_buf(), WORKSPACE)]
 }
 
 #[cfg(test)]

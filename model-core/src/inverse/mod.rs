@@ -4,6 +4,18 @@
 //! P(α) = k·α + c1·A + c2·B      λ = α / sin α,  A = 4 (λ − λ⁻⁵),  B = 2 A (I1 − 3),  I1 = 2 λ² + λ⁻⁴
 //! ```
 //!
+//! ```
+//! use model_core::calibration;
+//! use model_core::inverse::{bend_from_pressure, pressure_from_bend};
+//! use model_core::units::{Bend, Pressure};
+//!
+//! let pressure = Pressure::from_kpa(150);
+//! let bend = bend_from_pressure(&calibration::DEFAULT, pressure);
+//! assert!(bend > Bend::from_deg(112) && bend < Bend::from_deg(114)); // 113 degrees in the paper's Table 2
+//! let again = pressure_from_bend(&calibration::DEFAULT, bend);
+//! assert!((again - pressure).abs() <= Pressure::from_milli_kpa(1));
+//! ```
+//!
 //! Two ways, for two uses; `docs/inverse.md` has them beside fourteen others, and says why these:
 //!
 //! | | [`bend_from_pressure`], [`pressure_from_bend`] | [`Tabulated`] |

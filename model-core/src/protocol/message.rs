@@ -5,12 +5,13 @@
 use crate::actuation::{Actuation, Passage, Segment};
 use crate::controller::{Fault, Mode, Outputs, Rejection};
 use crate::identification::Identified;
+use crate::sequence::MAX_NAME_BYTES;
 use crate::units::{Bend, Pressure};
 use fixed::types::I8F24;
 use serde::{Deserialize, Serialize};
 
-/// A sequence's name, at most 24 bytes.
-pub type SequenceName = heapless::String<24>;
+/// A sequence's name.
+pub type SequenceName = heapless::String<MAX_NAME_BYTES>;
 
 /// Host to device: asks for something; the answer carries the same `id`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -35,6 +35,8 @@ pub const MAX_DEG_PER_S: i64 = 75;
 pub const MAX_STEP_KPA: i64 = 30;
 /// The largest step change without a ramp, in degrees: half of what 30 kPa does to a finger at rest.
 pub const MAX_STEP_DEG: i64 = 25;
+/// The longest name, in bytes: what a request of the host holds ([`crate::protocol::SequenceName`]).
+pub const MAX_NAME_BYTES: usize = 24;
 /// The most steps in a table.
 pub const MAX_STEPS: usize = 64;
 /// The longest run with all repeats: half an hour.
@@ -124,7 +126,8 @@ pub struct Sequence {
 /// What is wrong with a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SequenceError {
-    /// The name is empty, or has something else than lower-case letters, digits and hyphens.
+    /// The name is no kebab-case (lower-case letters and digits, single hyphens between), or longer than
+    /// [`MAX_NAME_BYTES`].
     Name,
     /// There are no steps, or more than [`MAX_STEPS`].
     Length,
@@ -155,7 +158,11 @@ impl Sequence {
     pub const fn new(name: &'static str, description: &'static str, steps: &'static [Step], repeats: u16) -> Self {
         match Self::check(name, description, steps, repeats) {
             Ok(sequence) => sequence,
-            Err(SequenceError::Name) => panic!("sequence: the name must be lower-case letters, digits and hyphens"),
+            Err(SequenceError::Name) => {
+                panic!(
+                    "sequence: the name must be at most 24 lower-case letters and digits with single hyphens between"
+                )
+            }
             Err(SequenceError::Length) => panic!("sequence: a table has 1 to 64 steps: add a step or split the table"),
             Err(SequenceError::Repeats) => panic!("sequence: repeats must be at least 1"),
             Err(SequenceError::Pressure) => {
@@ -190,7 +197,7 @@ impl Sequence {
         steps: &'static [Step],
         repeats: u16,
     ) -> Result<Self, SequenceError> {
-        if !is_kebab(name.as_bytes()) {
+        if !is_kebab(name.as_bytes()) || name.len() > MAX_NAME_BYTES {
             return Err(SequenceError::Name);
         }
         if steps.is_empty() || steps.len() > MAX_STEPS {
@@ -305,15 +312,18 @@ const fn max(a: i64, b: i64) -> i64 {
     if a > b { a } else { b }
 }
 
+/// Words of lower-case letters and digits with single hyphens between.
 const fn is_kebab(mut name: &[u8]) -> bool {
-    let some = !name.is_empty();
+    let mut in_word = false;
     while let [first, rest @ ..] = name {
-        if !first.is_ascii_lowercase() && !first.is_ascii_digit() && *first != b'-' {
+        let letter = first.is_ascii_lowercase() || first.is_ascii_digit();
+        if !(letter || *first == b'-' && in_word) {
             return false;
         }
+        in_word = letter;
         name = rest;
     }
-    some
+    in_word
 }
 
 #[cfg(test)]
@@ -350,6 +360,18 @@ mod tests {
             assert_eq!(check(steps, 1).err(), expected, "{text}");
         }
         assert_eq!(check(vec![REST], 0).err(), Some(SequenceError::Repeats));
-        assert_eq!(Sequence::check("Bad Name", "", &[REST], 1).err(), Some(SequenceError::Name));
+    }
+
+    #[test]
+    fn names_are_kebab_case_and_fit_into_a_request() {
+        let longest = "abcdefghij-klmnopqrst-uv";
+        assert_eq!(longest.len(), MAX_NAME_BYTES);
+        for good in [longest, "a", "3-points"] {
+            assert_eq!(Sequence::check(good, "", &[REST], 1).map(|sequence| sequence.name), Ok(good));
+        }
+        let too_long = "abcdefghij-klmnopqrst-uvw";
+        for bad in ["", "-", "Bad", "two words", "under_score", "-a", "a-", "a--b", "gr\u{fc}n", too_long] {
+            assert_eq!(Sequence::check(bad, "", &[REST], 1).err(), Some(SequenceError::Name), "{bad}");
+        }
     }
 }

@@ -2,6 +2,11 @@
 //!
 //! Nothing of this is flashed: `cargo xtask pareto` loads the ELF into the emulator, calls the functions one by one,
 //! counts their instructions and compares their results with the host's.
+//!
+//! ```text
+//! cargo xtask pareto              errors, instructions, flash and RAM of all methods
+//! cargo xtask pareto --check      the same against the committed baseline
+//! ```
 #![cfg_attr(target_os = "none", no_std)]
 #![cfg_attr(target_os = "none", no_main)]
 

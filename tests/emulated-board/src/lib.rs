@@ -4,6 +4,19 @@
 //! is not modelled stops the run with an error that names address and PC. Nothing depends on the host's clock: the same
 //! inputs give the same run.
 //!
+//! ```no_run
+//! use emulated_board::{Bench, firmware_elf};
+//! use model_core::protocol::LinkMode;
+//!
+//! // `cargo xtask firmware` has built the ELF; nothing but the emulator runs it.
+//! let mut bench = Bench::with_seed(&firmware_elf()?, 1)?;
+//! bench.ready()?; // the self test is over
+//! bench.start("reconfigure")?;
+//! bench.run_ms(3000)?;
+//! assert_eq!(bench.telemetry.last().map(|last| last.mode), Some(LinkMode::Running));
+//! # Ok::<(), anyhow::Error>(())
+//! ```
+//!
 //! Virtual time counts one cycle of 180 MHz for each instruction ([`time::INSTRUCTION`]), those that an IT block skips
 //! among them, and jumps over sleep.
 

@@ -3,6 +3,11 @@
 //! It is linked, never run: `cargo xtask no-panic` looks in its ELF for the standard library's panic functions. The
 //! linker keeps only what can be reached, so that none of them being there shows that no call into model-core can
 //! panic. `docs/testing.md` says what this proves and what it does not.
+//!
+//! ```text
+//! cargo xtask no-panic                                     builds it, looks, and tries the positive control
+//! cargo test -p finger-tests --test public_functions       it calls everything that model-core offers
+//! ```
 #![cfg_attr(target_os = "none", no_std)]
 #![cfg_attr(target_os = "none", no_main)]
 // A group of calls that nobody calls would prove nothing.

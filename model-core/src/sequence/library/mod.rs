@@ -1,6 +1,15 @@
 //! The built-in sequences.
+//!
+//! ```
+//! use model_core::sequence::library;
+//!
+//! let grasp = library::find("grasp").expect("built in");
+//! assert_eq!(grasp.repeats(), 3);
+//! ```
 
 use super::{Sequence, Step};
+
+// Sequences with a file of their own, one line each; `cargo xtask new-sequence NAME` writes file and line.
 
 /// Up to 150 kPa in 3 s, held for 4 s, down in 3 s, 1 s of rest: the paper's combinations.
 const fn combination(kpa: [i16; 3]) -> [Step; 2] {
