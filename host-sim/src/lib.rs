@@ -18,6 +18,7 @@
 //! [`plant`] is the machine, [`simulate`] joins it to the core, [`trace`] is what happened, [`metrics`] what it was worth,
 //! [`report`] shows it. The other modules are the command line's chores.
 
+pub mod calibrate;
 pub mod campaign;
 pub mod cli;
 pub mod compare;
