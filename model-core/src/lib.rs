@@ -44,8 +44,10 @@ pub mod controller;
 pub mod division;
 #[cfg(any(test, feature = "host"))]
 pub mod equations;
+pub mod force;
 pub mod identification;
 pub mod inverse;
+pub mod kinematics;
 #[cfg(feature = "methods")]
 pub mod methods;
 pub mod observer;

@@ -141,6 +141,14 @@ quantity!(
     /// Bend of one segment in degrees, resolution 2^-16 degree, range ±32768 degrees.
     Bend, "degrees", from_deg, from_milli_deg, from_bits, from_f64_deg
 );
+quantity!(
+    /// Length in millimetres, resolution 2^-16 mm, range ±32768 mm.
+    Length, "mm", from_mm, from_um, from_bits, from_f64_mm
+);
+quantity!(
+    /// Force in newtons, resolution 2^-16 N, range ±32768 N.
+    Force, "N", from_newtons, from_milli_newtons, from_bits, from_f64_newtons
+);
 
 /// A duration or a time since start in milliseconds; one controller tick is one millisecond.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -12,8 +12,10 @@ use model_core::bend_loop::BendLoop;
 use model_core::calibration;
 use model_core::controller::{Command, Controller, Fault, Inputs, Mode, Reading, Rejection};
 use model_core::division;
+use model_core::force::{self, DrivingForce};
 use model_core::identification::Identified;
 use model_core::inverse::{self, Tabulated};
+use model_core::kinematics::{self, Chain, Point, Unreachable};
 use model_core::observer::{DeadTicks, Observer, Pneumatics};
 use model_core::protocol::frame::{self, Decoder, MAX_FRAME};
 use model_core::protocol::handler;
@@ -24,7 +26,7 @@ use model_core::sequence::player::Player;
 use model_core::sequence::{Sequence, Step, Target, library};
 use model_core::supervisor::fault::{FaultSet, Priority};
 use model_core::supervisor::{Activity, Context, Supervisor};
-use model_core::units::{Bend, Coefficients, Millis, Pressure};
+use model_core::units::{Bend, Coefficients, Force, Length, Millis, Pressure};
 
 /// A value of which the compiler knows only the type: nothing that depends on it is folded away.
 pub fn any<T>(sample: T) -> T {
@@ -76,8 +78,10 @@ pub fn all() {
     control_commands();
     division();
     faults();
+    force();
     frames();
     inverse();
+    kinematics();
     messages();
     observer();
     pneumatics();
@@ -89,6 +93,8 @@ pub fn all() {
     supervisor();
     pressures();
     bends();
+    lengths();
+    forces();
     times();
     coefficients();
 }
@@ -353,6 +359,62 @@ fn bends() {
     consume(<Bend as Add>::add(one, other));
     consume(<Bend as Sub>::sub(one, other));
     consume(<Bend as Default>::default());
+}
+
+#[inline(never)]
+fn lengths() {
+    let (one, other) = any((Length::ZERO, Length::ZERO));
+    consume(Length::from_mm(any(0)));
+    consume(Length::from_um(any(0)));
+    consume(Length::from_bits(any(0)));
+    consume(Length::to_bits(one));
+    consume(Length::to_fixed(one));
+    consume(Length::from_fixed(any(I16F16::ZERO)));
+    consume(Length::abs(one));
+    consume(Length::scaled(one, any(I16F16::ONE)));
+    consume(Length::midpoint(one, other));
+    consume(<Length as Add>::add(one, other));
+    consume(<Length as Sub>::sub(one, other));
+    consume(<Length as Default>::default());
+}
+
+#[inline(never)]
+fn forces() {
+    let (one, other) = any((Force::ZERO, Force::ZERO));
+    consume(Force::from_newtons(any(0)));
+    consume(Force::from_milli_newtons(any(0)));
+    consume(Force::from_bits(any(0)));
+    consume(Force::to_bits(one));
+    consume(Force::to_fixed(one));
+    consume(Force::from_fixed(any(I16F16::ZERO)));
+    consume(Force::abs(one));
+    consume(Force::scaled(one, any(I16F16::ONE)));
+    consume(Force::midpoint(one, other));
+    consume(<Force as Add>::add(one, other));
+    consume(<Force as Sub>::sub(one, other));
+    consume(<Force as Default>::default());
+}
+
+#[inline(never)]
+fn force() {
+    consume(DrivingForce::at(any(&DrivingForce::FINGER), any(Pressure::ZERO)));
+    consume(force::finger_force(any(&PRESSURES)));
+}
+
+#[inline(never)]
+fn kinematics() {
+    let chain = any(Chain::PAPER);
+    consume(Chain::new(any(Length::ZERO), any([Length::ZERO; 3]), any([Length::ZERO; 3])));
+    consume(Chain::base(&chain));
+    consume(Chain::arcs(&chain));
+    consume(Chain::links(&chain));
+    consume(<Point as Default>::default());
+    consume(<kinematics::Fingertip as Default>::default());
+    let bends = any([Bend::ZERO; 3]);
+    consume(kinematics::fingertip(&chain, &bends));
+    consume(kinematics::bends(&chain, any(Point { x: Length::ZERO, y: Length::ZERO }), &bends));
+    let missed = any(Unreachable { distance: Length::ZERO, nearest: [Bend::ZERO; 3] });
+    consume(Unreachable::limits(&missed));
 }
 
 #[inline(never)]

@@ -9,8 +9,10 @@ use model_core::actuation::{Actuation, Passage, Segment};
 use model_core::bend_loop::BendLoop;
 use model_core::calibration;
 use model_core::controller::{Command, Controller, Fault, Inputs, Mode, Outputs, Reading, Rejection};
+use model_core::force::DrivingForce;
 use model_core::identification::Identified;
 use model_core::inverse::Tabulated;
+use model_core::kinematics::{Chain, ChainError, Fingertip, Limit, Point, Unreachable};
 use model_core::observer::{Ahead, DeadTicks, Observer, Pneumatics};
 use model_core::protocol::frame::{self, Decoder, FrameError, MAX_FRAME};
 use model_core::protocol::handler::Effect;
@@ -23,7 +25,7 @@ use model_core::sequence::player::{Player, Reference};
 use model_core::sequence::{Sequence, SequenceError, Step, Target};
 use model_core::supervisor::fault::{Action, Clearing, FaultSet, Priority, Row};
 use model_core::supervisor::{Activity, Context, Supervisor};
-use model_core::units::{Bend, CoefficientError, Coefficients, Millis, Pressure};
+use model_core::units::{Bend, CoefficientError, Coefficients, Force, Length, Millis, Pressure};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -86,6 +88,7 @@ pub fn all() {
     states();
     messages();
     sequences();
+    kinematics();
     units();
 }
 
@@ -174,6 +177,17 @@ fn sequences() {
     plain::<Reference>(&Reference { target: step.target, step: 0, repeat: 0, holding: false, finished: false });
 }
 
+fn kinematics() {
+    plain::<DrivingForce>(&DrivingForce::FINGER);
+    plain::<Chain>(&Chain::PAPER);
+    plain::<ChainError>(&ChainError::Negative(Length::ZERO));
+    plain::<Point>(&Point { x: Length::ZERO, y: Length::ZERO });
+    let bends = [Bend::ZERO; 3];
+    plain::<Fingertip>(&model_core::kinematics::fingertip(&Chain::PAPER, &bends));
+    plain::<Limit>(&Limit::Bent);
+    plain::<Unreachable>(&Unreachable { distance: Length::ZERO, nearest: bends });
+}
+
 fn units() {
     plain::<Pressure>(&Pressure::ZERO);
     ordered::<Pressure>(&Pressure::ZERO);
@@ -181,6 +195,12 @@ fn units() {
     plain::<Bend>(&Bend::ZERO);
     ordered::<Bend>(&Bend::ZERO);
     hashed::<Bend>(&Bend::ZERO);
+    plain::<Length>(&Length::ZERO);
+    ordered::<Length>(&Length::ZERO);
+    hashed::<Length>(&Length::ZERO);
+    plain::<Force>(&Force::ZERO);
+    ordered::<Force>(&Force::ZERO);
+    hashed::<Force>(&Force::ZERO);
     plain::<Millis>(&Millis::ZERO);
     ordered::<Millis>(&Millis::ZERO);
     hashed::<Millis>(&Millis::ZERO);
