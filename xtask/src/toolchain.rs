@@ -195,7 +195,7 @@ pub fn cargo_build_of(route: Route, root: &Path, folder: &Path) -> (Command, Pat
     cargo.current_dir(root);
     cargo.args(["build", "--release", "--target", TARGET, "--target-dir"]).arg(folder);
     // Debug information and panics name source files.
-    let flags = remapped(root).map(|(from, to)| format!("--remap-path-prefix={}={to}", from.display()));
+    let flags = remapped(root, folder).map(|(from, to)| format!("--remap-path-prefix={}={to}", from.display()));
     cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\u{1f}"));
     if route == Route::Debian {
         cargo.arg("-Zbuild-std=core,alloc");
@@ -217,12 +217,14 @@ pub fn compiler(route: Route) -> Result<String> {
 }
 
 /// Folders that differ from one machine to the next, and what the firmware's files have instead.
-fn remapped(root: &Path) -> [(PathBuf, &'static str); 2] {
+fn remapped(root: &Path, folder: &Path) -> [(PathBuf, &'static str); 3] {
     let home = |name: &str, default: &str| {
         let user = || std::env::var_os("HOME").map(|home| PathBuf::from(home).join(default));
         std::env::var_os(name).map(PathBuf::from).or_else(user)
     };
-    [(home("CARGO_HOME", ".cargo").unwrap_or_else(|| "/nowhere".into()), "cargo"), (root.to_path_buf(), WORKSPACE)]
+    let registry = home("CARGO_HOME", ".cargo").unwrap_or_else(|| "/nowhere".into());
+    // The last that fits counts: the build's folder, with what build scripts have written, mostly lies in the workspace.
+    [(registry, "cargo"), (root.to_path_buf(), WORKSPACE), (folder.to_path_buf(), "target")]
 }
 
 #[cfg(test)]
@@ -243,6 +245,23 @@ mod tests {
                 Decision::GiveUp
             };
             assert_eq!(decide(Facts { target_library, debian_rustc, apt_as_root }), expected);
+        }
+    }
+
+    #[test]
+    fn no_folder_of_this_machine_stays_in_what_is_built() {
+        for route in [Route::Rustup, Route::Debian] {
+            let (cargo, _) = cargo_build_of(route, Path::new("/a clone"), Path::new("/a clone/target/thumb"));
+            assert_eq!(cargo.get_current_dir(), Some(Path::new("/a clone")));
+            let flags =
+                cargo.get_envs().find(|(name, _)| *name == "CARGO_ENCODED_RUSTFLAGS").and_then(|(_, value)| value);
+            let flags = flags.expect("set").to_string_lossy().into_owned();
+            let flags: Vec<_> = flags.split('\u{1f}').collect();
+            let [registry, root, folder] = flags.as_slice() else { panic!("{flags:?}") };
+            assert!(registry.starts_with("--remap-path-prefix=") && registry.ends_with("=cargo"), "{registry}");
+            assert_eq!(*root, "--remap-path-prefix=/a clone=finger");
+            // After the workspace's, because it lies within.
+            assert_eq!(*folder, "--remap-path-prefix=/a clone/target/thumb=target");
         }
     }
 
