@@ -3,6 +3,7 @@
 //! It ends with 0 when all went well, 1 when something failed on the way or a fault ended the run, 2 when the input was
 //! wrong, a folder that cannot be written to among it.
 
+use crate::calibrate::file::admitted;
 use crate::campaign::command::{self as campaign, CampaignArguments};
 use crate::compare;
 use crate::eval::{self, EvalError, Function};
@@ -19,7 +20,7 @@ use anyhow::{Result, anyhow};
 use clap::{Args, Parser, Subcommand};
 use model_core::calibration;
 use model_core::sequence::{self, library};
-use model_core::units::{Bend, CoefficientError, Coefficients, Pressure};
+use model_core::units::{Bend, Coefficients, Pressure};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -226,13 +227,8 @@ pub(crate) fn bends(text: &str) -> Result<[Bend; 3], String> {
     Ok(values.map(Bend::from_f64_deg))
 }
 
-pub(crate) fn coefficients(text: &str) -> Result<Coefficients, String> {
-    let [k, c1, c2] = three(text, "K,C1,C2")?;
-    Coefficients::from_f64_kpa(k, c1, c2).map_err(|error| match error {
-        CoefficientError::K => format!("K = {k} is outside 0..=60 kPa: check the fit"),
-        CoefficientError::C1 => format!("C1 = {c1} is outside 5..=40 kPa: check the fit"),
-        CoefficientError::C2 => format!("C2 = {c2} is outside 0..=2 kPa: check the fit"),
-    })
+fn coefficients(text: &str) -> Result<Coefficients, String> {
+    admitted(three(text, "K,C1,C2")?)
 }
 
 /// Parses and runs the command line; returns the exit code.

@@ -1,5 +1,6 @@
 //! The soft finger on a desk: the controller's core against a simulated plant, with reports.
 
+pub mod calibrate;
 pub mod campaign;
 pub mod cli;
 pub mod compare;

@@ -18,7 +18,7 @@ pub const DEFAULT: Coefficients =
     };
 
 #[cfg(any(test, feature = "host"))]
-pub use host::{Fit, FitError, basis, bend_deg, fit, pressure_kpa};
+pub use host::{Fit, FitError, basis, bend_deg, fit, pressure_kpa, solve};
 
 #[cfg(any(test, feature = "host"))]
 mod host {
@@ -150,8 +150,12 @@ mod host {
         })
     }
 
-    /// The coefficients only: Gauss-Newton in bend, each step a constrained linear least-squares problem.
-    fn solve(points: &[(f64, f64)]) -> Result<[f64; 3], FitError> {
+    /// The coefficients of [`fit`] alone, k, c1, c2 in kPa: Gauss-Newton in bend, each step a constrained linear
+    /// least-squares problem.
+    ///
+    /// # Errors
+    /// As [`fit`].
+    pub fn solve(points: &[(f64, f64)]) -> Result<[f64; 3], FitError> {
         for &(p, deg) in points {
             if !p.is_finite() || p <= 0.0 {
                 return Err(FitError::Pressure(p));

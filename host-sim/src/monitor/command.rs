@@ -9,12 +9,12 @@ use super::source::Device;
 use super::source::serial::{Serial, Wanted};
 use super::summary::{Summary, Tally};
 use super::{dashboard, headless, snapshot, terminal};
+use crate::calibrate::file;
 use crate::cli::{self, Emulator, Failure, print};
 use crate::report::csv;
 use anyhow::{Result, anyhow};
 use clap::{ArgGroup, Args};
 use model_core::sequence::{Sequence, library};
-use model_core::units::Coefficients;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use std::io::IsTerminal;
@@ -46,9 +46,9 @@ pub(crate) struct MonitorArguments {
     /// Where rows are recorded: a new file. Default: finger-DATE-TIME.csv here.
     #[arg(long, value_name = "FILE", conflicts_with = "replay")]
     record: Option<PathBuf>,
-    /// Coefficients for all segments in kPa: sent at once without a terminal, and by the key l on one.
-    #[arg(long, value_name = "K,C1,C2", value_parser = cli::coefficients, allow_hyphen_values = true, conflicts_with = "replay")]
-    calibrate: Option<Coefficients>,
+    /// Coefficients as `host-sim calibrate` writes them: sent at once without a terminal, and by the key l on one.
+    #[arg(long, value_name = "FILE", conflicts_with = "replay")]
+    calibration: Option<PathBuf>,
     /// No dashboard, though stdout is a terminal.
     #[arg(long)]
     headless: bool,
@@ -95,6 +95,12 @@ pub(crate) fn execute(arguments: &MonitorArguments, emulator: Option<&Emulator>)
     if let Some(file) = &arguments.replay {
         return replay(arguments, file);
     }
+    let calibration = match &arguments.calibration {
+        None => [None; 3],
+        Some(path) => file::read(path)
+            .and_then(|calibration| calibration.segments())
+            .map_err(|error| Failure::Input(format!("{error:#}")))?,
+    };
     let device: Box<dyn Device> = if arguments.elf {
         let Some(emulator) = emulator else { return cli::start_elf() };
         // Without anybody who watches there is nothing to wait for.
@@ -109,7 +115,6 @@ pub(crate) fn execute(arguments: &MonitorArguments, emulator: Option<&Emulator>)
     };
     let recorder = Recorder::create(arguments.record.as_deref()).map_err(Failure::Input)?;
     let stop = stopped_by_signals()?;
-    let calibration = [arguments.calibrate; 3];
     let mut live = Live::new(device, recorder);
     if arguments.interactive() {
         let keys = Keys { calibration, ..Keys::default() };
