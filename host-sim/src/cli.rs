@@ -327,9 +327,7 @@ fn run(arguments: &RunArguments, on_elf: Option<OnElf>) -> Result<(), Failure> {
     let program = match (arguments.setpoints, arguments.bends) {
         (Some(setpoints), _) => Program::Setpoints(setpoints),
         (None, Some(bends)) => Program::Bends(bends),
-        (None, None) => {
-            Program::Sequence(library::find(name).ok_or_else(|| Failure::Input(unknown_sequence(name)))?)
-        }
+        (None, None) => Program::Sequence(library::find(name).ok_or_else(|| Failure::Input(unknown_sequence(name)))?),
     };
     if arguments.on == On::Elf && on_elf.is_none() {
         return start_elf();

@@ -118,7 +118,7 @@ pub(crate) fn execute(arguments: &MonitorArguments, emulator: Option<&Emulator>)
     let mut live = Live::new(device, recorder);
     if arguments.interactive() {
         let keys = Keys { calibration, ..Keys::default() };
-        let _ = terminal::monitor(&mut live, keys, &stop)?;
+        terminal::monitor(&mut live, keys, &stop)?;
         print(&format!("recording: {} ({} rows)\n", live.recorder().path().display(), live.recorder().rows()))?;
         return Ok(());
     }

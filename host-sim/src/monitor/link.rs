@@ -164,7 +164,8 @@ mod tests {
         assert_eq!(link.bytes(0, &whole[5..]), []);
         assert_eq!(link.quality().bad(), 0);
         let mut damaged = frame(&telemetry(20));
-        damaged[6] ^= 0x40;
+        let last_of_crc = damaged.len() - 2;
+        damaged[last_of_crc] ^= 0x40;
         assert_eq!(link.bytes(0, &damaged), []);
         assert_eq!((link.quality().bad_crc, link.quality().bad_other), (1, 0));
         assert_eq!(ticks(&link.bytes(0, &frame(&telemetry(30)))), [30]);

@@ -30,13 +30,14 @@ impl Recorder {
             ),
             _ => format!("cannot record to {}: {error}: choose another name with --record", path.display()),
         })?;
-        let writer = RecordWriter::new(file, 1).map_err(|error| format!("cannot record to {}: {error}", path.display()))?;
+        let writer =
+            RecordWriter::new(file, 1).map_err(|error| format!("cannot record to {}: {error}", path.display()))?;
         Ok(Self { path, writer, rows: 0, trouble: None })
     }
 
     /// Adds a row. One that cannot be written is kept, and tried again with the next.
     pub fn take(&mut self, row: &Record) {
-        self.trouble = self.writer.write(row).err().map(|error| error.to_string());
+        self.trouble = self.writer.write(row).err().as_ref().map(ToString::to_string);
         self.rows += 1;
     }
 

@@ -34,7 +34,10 @@ pub struct Script {
     for_ms: Option<u64>,
     stage: Stage,
     first_ms: Option<u64>,
-    started: bool,
+    /// When the device took the sequence, ms.
+    started_ms: Option<u64>,
+    /// It was seen to run.
+    ran: bool,
 }
 
 impl Script {
@@ -44,7 +47,7 @@ impl Script {
         let run = sequence.and_then(|sequence| SequenceName::try_from(sequence.name).ok()).map(LinkCommand::Run);
         let to_ask: VecDeque<_> = calibration.into_iter().chain(run).collect();
         let stage = if to_ask.is_empty() { Stage::Running } else { Stage::Asking };
-        Self { to_ask, sequence, for_ms, stage, first_ms: None, started: false }
+        Self { to_ask, sequence, for_ms, stage, first_ms: None, started_ms: None, ran: false }
     }
 
     /// How far it is.
@@ -62,7 +65,7 @@ impl Script {
     /// It has set the finger in motion.
     #[must_use]
     pub const fn started(&self) -> bool {
-        self.started
+        self.started_ms.is_some()
     }
 
     /// Looks at the session; returns what is to be asked now.
@@ -72,11 +75,12 @@ impl Script {
         if up {
             self.first_ms.get_or_insert(now_ms);
         } else if self.first_ms.is_none() && self.for_ms.is_none() && now_ms > FIRST_FRAME_MS {
-            self.stage = Stage::Failed("no frame came within 10 s: is the device switched on, and this its port?".into());
+            self.stage =
+                Stage::Failed("no frame came within 10 s: is the device switched on, and this its port?".into());
         }
         for outcome in &outcomes {
             match outcome {
-                Outcome::Taken(LinkCommand::Run(_)) => self.started = true,
+                Outcome::Taken(LinkCommand::Run(_)) => self.started_ms = Some(now_ms),
                 Outcome::Taken(_) => {}
                 Outcome::Refused(command, reason) => {
                     self.stage = Stage::Failed(format!("the device refused: {} ({reason:?})", event::name(command)));
@@ -87,22 +91,31 @@ impl Script {
             }
         }
         let mode = session.mode().filter(|_| up);
+        self.ran |= self.started() && matches!(mode, Some(LinkMode::Running | LinkMode::Paused));
         match (&self.stage, mode) {
-            (Stage::Asking, Some(LinkMode::Vented)) if session.idle() => match self.to_ask.pop_front() {
-                Some(command) => return Some(command),
-                None => self.stage = Stage::Running,
-            },
-            (Stage::Asking, Some(LinkMode::Running)) if self.started => self.stage = Stage::Running,
+            (Stage::Asking, Some(LinkMode::Vented)) if session.idle() && !self.to_ask.is_empty() => {
+                return self.to_ask.pop_front();
+            }
             (Stage::Asking, Some(LinkMode::Faulted(_))) => {
                 self.stage = Stage::Failed("a fault is latched: see the alarms, and clear it".into());
             }
+            (Stage::Asking, Some(_)) if session.idle() && self.to_ask.is_empty() => self.stage = Stage::Running,
             (Stage::Running, Some(LinkMode::Faulted(_))) if self.sequence.is_some() => {
                 self.stage = Stage::Failed("a fault ended the sequence: see the alarms".into());
             }
-            (Stage::Running, Some(LinkMode::Vented)) if self.started => self.stage = Stage::Finished(now_ms),
+            // Telemetry from before the start may still come after the answer.
+            (Stage::Running, Some(LinkMode::Vented)) if self.ran || self.must_be_over(now_ms) => {
+                self.stage = Stage::Finished(now_ms);
+            }
             _ => {}
         }
         None
+    }
+
+    /// The sequence was started so long ago that it has ended, seen or not.
+    fn must_be_over(&self, now_ms: u64) -> bool {
+        let ends = self.started_ms.zip(self.sequence).map(|(started, own)| started + u64::from(own.duration().0));
+        ends.is_some_and(|ends| now_ms > ends)
     }
 
     /// Nothing is left to wait for.

@@ -211,7 +211,13 @@ impl Session {
     fn back(&mut self, now_ms: u64, lost: u32) -> bool {
         let before = self.last_frame_ms.replace(now_ms);
         let was_down = matches!(self.connection, Connection::Down(..));
-        self.connection = Connection::Up;
+        if core::mem::replace(&mut self.connection, Connection::Up) != Connection::Up
+            && self.identity.is_none()
+            && self.requests.idle()
+        {
+            // It was switched on after it was asked.
+            self.requests.ask(LinkCommand::Identify);
+        }
         if let (true, Some(before)) = (was_down, before) {
             let after_ms = now_ms.saturating_sub(before);
             self.longest_gap_ms = self.longest_gap_ms.max(after_ms);
@@ -235,8 +241,8 @@ impl Session {
 
     fn note(&mut self, outcome: Option<Outcome>) {
         match outcome {
-            // It is noted with what it says.
-            None | Some(Outcome::Taken(LinkCommand::Identify)) => {}
+            // It is noted with what it says, and asked again when frames come.
+            None | Some(Outcome::Taken(LinkCommand::Identify) | Outcome::Unanswered(LinkCommand::Identify)) => {}
             Some(outcome) => {
                 if let Outcome::Taken(LinkCommand::Calibrate { .. } | LinkCommand::AdoptIdentified) = outcome {
                     self.requests.ask(LinkCommand::Identify);
@@ -304,7 +310,11 @@ mod tests {
         let mut session = session();
         assert!(session.idle());
         let rows = session.bytes(5, &frame(&Report::Telemetry(told(40, LinkMode::Running))));
-        assert!(rows[0].event.starts_with("device: firmware 0.1.0 serial 004200313335511720363839"), "{}", rows[0].event);
+        assert!(
+            rows[0].event.starts_with("device: firmware 0.1.0 serial 004200313335511720363839"),
+            "{}",
+            rows[0].event
+        );
         // The reference in floating point.
         let default = model_core::calibration::DEFAULT.to_f64_kpa();
         for (bend, kpa) in rows[0].model_bends_deg.into_iter().zip([59.0, 30.0, 61.0]) {
@@ -363,6 +373,16 @@ mod tests {
             assert!(beats.len() >= least && (least > 0 || beats.is_empty()), "{mode:?}: {beats:?}");
             assert!(beats.windows(2).all(|pair| pair[1] - pair[0] < 1000));
         }
+    }
+
+    #[test]
+    fn a_device_that_is_switched_on_late_is_asked_again() {
+        let mut session = Session::new(Source::Device);
+        session.opened();
+        let sent: usize = (0..5000).map(|now| requests(&session.tick(now).0).len()).sum();
+        assert_eq!((sent, session.idle(), session.take_outcomes()), (5, true, vec![]));
+        session.bytes(5000, &frame(&telemetry(100)));
+        assert_eq!(requests(&session.tick(5001).0)[0].command, LinkCommand::Identify);
     }
 
     #[test]

@@ -35,7 +35,11 @@ fn row(out: &mut String, buffer: &Buffer, y: u16) {
         let (left, top) = (x * CELL.0, u32::from(y) * CELL.1);
         let width = run.len() as u32 * CELL.0;
         if paper != PAPER {
-            let _ = write!(out, "<rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{}\" fill=\"{paper}\"/>", CELL.1);
+            let _ = write!(
+                out,
+                "<rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{}\" fill=\"{paper}\"/>",
+                CELL.1
+            );
         }
         let mut path = String::new();
         let text: String = run
@@ -151,7 +155,12 @@ mod tests {
         buffer.set_string(0, 0, "⡀─", Style::new());
         let svg = svg(&buffer);
         assert!(svg.contains("viewBox=\"0 0 108 36\""), "{svg}");
-        assert!(svg.contains("<text x=\"18\" y=\"32\" fill=\"#f0803c\" textLength=\"27\" xml:space=\"preserve\">a&lt;b</text>"), "{svg}");
+        assert!(
+            svg.contains(
+                "<text x=\"18\" y=\"32\" fill=\"#f0803c\" textLength=\"27\" xml:space=\"preserve\">a&lt;b</text>"
+            ),
+            "{svg}"
+        );
         // Bit 6 is the lowest dot on the left; the line goes through the second cell's whole width.
         assert!(svg.contains("M1.0 14.5h2.6"), "{svg}");
         assert!(svg.contains("M9.0 8.5h5v1") && svg.contains("M13.0 8.5h5v1"), "{svg}");

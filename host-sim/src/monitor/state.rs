@@ -240,7 +240,8 @@ mod tests {
         state.take(&row(10, LinkMode::Running, |row| row.faults = bits(1 << 42)));
         state.acknowledge();
         state.take(&row(20, LinkMode::Faulted(4), |row| row.faults = bits(1 << 42 | 1 << 4 | 1 << 63)));
-        let shown: Vec<_> = state.alarms().iter().map(|alarm| (alarm.name.as_str(), alarm.since_ms, alarm.seen)).collect();
+        let shown: Vec<_> =
+            state.alarms().iter().map(|alarm| (alarm.name.as_str(), alarm.since_ms, alarm.seen)).collect();
         assert_eq!(shown, [("emergency-stop", 20, false), ("leak-slow", 10, true), ("code-63", 20, false)]);
         state.take(&row(30, LinkMode::Vented, |_| {}));
         assert_eq!(state.alarms(), []);
@@ -257,7 +258,7 @@ mod tests {
             }));
         }
         let points: Vec<_> = state.points().collect();
-        assert_eq!((points.len(), points[0].time_ms), (402, 39_950));
+        assert_eq!((points.len(), points[0].time_ms), (401, 40_000));
         assert_eq!(points.iter().filter(|point| point.estimates_kpa[0].is_nan()).count(), 1);
         assert_eq!(state.highest_kpa(), [59.0, 30.0, 61.0]);
     }

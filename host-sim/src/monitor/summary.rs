@@ -168,7 +168,8 @@ mod tests {
         let summary = tally.summary("bench", "a.csv");
         assert_eq!((summary.rows, summary.link_gaps, summary.device_restarts), (5, 2, 1));
         assert_eq!((summary.frames_lost, summary.sequence.as_deref()), (Some(3), Some("all")));
-        let alarms: Vec<_> = summary.alarms.iter().map(|one| (one.fault.as_str(), one.priority, one.since_ms)).collect();
+        let alarms: Vec<_> =
+            summary.alarms.iter().map(|one| (one.fault.as_str(), one.priority, one.since_ms)).collect();
         assert_eq!(alarms, [("emergency-stop", "high", 110), ("code-63", "unknown", 120)]);
         assert!(summary.text().contains("alarm: emergency-stop (high priority) from 0.11 s"), "{}", summary.text());
     }

@@ -51,7 +51,7 @@ fn pressed(keys: &mut Keys, wait: Duration) -> Result<Vec<Action>> {
 ///
 /// # Errors
 /// When the device or the terminal fails.
-pub fn monitor(live: &mut Live, mut keys: Keys, stop: &AtomicBool) -> Result<State> {
+pub fn monitor(live: &mut Live, mut keys: Keys, stop: &AtomicBool) -> Result<()> {
     let mut screen = Screen::new()?;
     let mut state = State::default();
     let mut shown: Option<Instant> = None;
@@ -67,11 +67,11 @@ pub fn monitor(live: &mut Live, mut keys: Keys, stop: &AtomicBool) -> Result<Sta
                 Action::Acknowledge => state.acknowledge(),
                 Action::Quit => {
                     live.vent()?;
-                    return Ok(state);
+                    return Ok(());
                 }
                 Action::Leave => {
                     live.leave();
-                    return Ok(state);
+                    return Ok(());
                 }
                 Action::Hold | Action::Jump(_) => {}
             }
@@ -105,6 +105,7 @@ fn status(live: &Live) -> Status {
 }
 
 /// What is known beside a replay's rows.
+#[must_use]
 pub fn replay_status(playback: &Playback, file: &str) -> Status {
     let (place, end) = playback.place_and_end_ms();
     Status {

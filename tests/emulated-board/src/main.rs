@@ -5,7 +5,9 @@ use host_sim::cli::Emulator;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let emulator =
-        Emulator { run: emulated_board::simulate::on_elf, device: |seed, speed| Ok(Box::new(OnLine::new(seed, speed)?)) };
+    let emulator = Emulator {
+        run: emulated_board::simulate::on_elf,
+        device: |seed, speed| Ok(Box::new(OnLine::new(seed, speed)?)),
+    };
     ExitCode::from(host_sim::cli::main(Some(&emulator)))
 }

@@ -10,8 +10,10 @@ use ratatui::symbols::Marker;
 use ratatui::widgets::Block;
 use ratatui::widgets::canvas::{Canvas, Context, Line};
 
-/// The room that the finger needs at any bend, mm: left, right, above, below the hand's end.
-const ROOM_MM: [f64; 4] = [40.0, 135.0, 20.0, 100.0];
+/// The room that is shown in any case, mm from the hand's end: left, right, above, below. A straight finger fits.
+const ROOM_MM: [f64; 4] = [15.0, 135.0, 15.0, 40.0];
+/// The room beside the farthest joint, mm.
+const MARGIN_MM: f64 = 12.0;
 /// Half the thickness that is drawn, mm.
 const HALF_MM: f64 = 4.0;
 /// Lines that an arc is drawn with.
@@ -28,7 +30,13 @@ pub fn draw(frame: &mut Frame, area: Rect, state: &State) {
     let inner = block.inner(area);
     // A cell has two by four dots, and is twice as high as wide: dots are square.
     let (columns, rows) = (f64::from(inner.width.max(1)) * 2.0, f64::from(inner.height.max(1)) * 4.0);
-    let [left, right, above, below] = ROOM_MM;
+    let [mut left, mut right, mut above, mut below] = ROOM_MM;
+    for joint in bends.into_iter().flat_map(chain) {
+        left = left.max(MARGIN_MM - joint.x);
+        right = right.max(MARGIN_MM + joint.x);
+        above = above.max(MARGIN_MM - joint.y);
+        below = below.max(MARGIN_MM + joint.y);
+    }
     let dot_mm = ((left + right) / columns).max((above + below) / rows);
     let (middle_x, middle_y) = ((right - left) / 2.0, (above - below) / 2.0);
     let (half_x, half_y) = (dot_mm * columns / 2.0, dot_mm * rows / 2.0);
@@ -41,7 +49,7 @@ pub fn draw(frame: &mut Frame, area: Rect, state: &State) {
             if let Some(bends) = bends {
                 shape(context, bends);
             } else {
-                context.print(0.0, -20.0, "its bends are not known");
+                context.print(0.0, -10.0, "bends are not known");
             }
         });
     frame.render_widget(canvas, area);

@@ -86,7 +86,11 @@ pub fn air(frame: &mut Frame, area: Rect, state: &State) {
     let pump = if air.pump { Span::styled("ON ", GOOD.add_modifier(Modifier::BOLD)) } else { Span::raw("off") };
     let dump = if air.dump == Passage::Open { "open  " } else { "closed" };
     let quantity = |value: f64, unit: &str| {
-        if value.is_finite() { Span::raw(format!("{value:6.1} {unit}")) } else { Span::styled(format!("   --- {unit}"), BAD) }
+        if value.is_finite() {
+            Span::raw(format!("{value:6.1} {unit}"))
+        } else {
+            Span::styled(format!("   --- {unit}"), BAD)
+        }
     };
     let force = if last.force_n.is_finite() { format!("{:5.2} N", last.force_n) } else { "  --- N".into() };
     let spans = vec![

@@ -76,7 +76,8 @@ pub fn draw(frame: &mut Frame, state: &State, keys: &Keys, status: &Status) {
     let [left, right] = Layout::horizontal([Constraint::Fill(3), Constraint::Fill(2)]).areas(body);
     pressures::draw(frame, left, state);
     let [shape, alarms, link] =
-        Layout::vertical([Constraint::Min(6), Constraint::Max(6), Constraint::Length(6)]).areas(right);
+        Layout::vertical([Constraint::Fill(1), Constraint::Length(right.height / 4), Constraint::Length(6)])
+            .areas(right);
     finger::draw(frame, shape, state);
     panels::alarms(frame, alarms, state);
     panels::link(frame, link, state, status);
@@ -98,9 +99,8 @@ fn footer_line(keys: &Keys) -> Line<'static> {
             ("b", "deg"),
             ("c", "clear"),
             ("a", "ack"),
-            ("z", "zero"),
             ("?", "keys"),
-            ("q", "vent+quit"),
+            ("q", "quit"),
         ]
     };
     let spans = all.iter().flat_map(|(key, what)| {

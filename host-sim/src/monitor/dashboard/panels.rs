@@ -16,7 +16,8 @@ pub fn alarms(frame: &mut Frame, area: Rect, state: &State) {
     let all = state.alarms();
     let priority = state.last().map_or(0, |last| usize::from(last.priority.min(3)));
     let style = if all.is_empty() { FAINT } else { style(all.first().and_then(|alarm| alarm.priority)) };
-    let title = if all.is_empty() { " alarms ".into() } else { format!(" alarms: {} {} ", all.len(), PRIORITIES[priority]) };
+    let title =
+        if all.is_empty() { " alarms ".into() } else { format!(" alarms: {} {} ", all.len(), PRIORITIES[priority]) };
     let block = Block::bordered().border_style(style).title(title);
     let rows = usize::from(block.inner(area).height);
     let mut lines: Vec<Line> = all.iter().take(if all.len() > rows { rows - 1 } else { rows }).map(line).collect();
@@ -72,12 +73,22 @@ pub fn link(frame: &mut Frame, area: Rect, state: &State, status: &Status) {
     };
     let (gaps, restarts) = state.gaps_and_restarts();
     let mut lines = vec![
-        Line::from_iter([Span::styled("frames ", FAINT), Span::raw(quality.frames.to_string()), Span::styled("  age ", FAINT), Span::raw(age)]),
-        Line::from_iter(count("lost ", lost).into_iter().chain(count("  bad ", bad)).chain(count(" of which CRC ", status.connection.as_ref().map(|_| quality.bad_crc)))),
+        Line::from_iter([
+            Span::styled("frames ", FAINT),
+            Span::raw(quality.frames.to_string()),
+            Span::styled("  age ", FAINT),
+            Span::raw(age),
+        ]),
         Line::from_iter(
-            count("gaps ", Some(gaps)).into_iter().chain(count("  restarts ", Some(restarts))).chain(count("  late ticks ", rows.late_ticks)),
+            count("lost ", lost)
+                .into_iter()
+                .chain(count("  bad ", bad))
+                .chain(count(" of which CRC ", status.connection.as_ref().map(|_| quality.bad_crc))),
         ),
-        Line::from_iter(count("device dropped ", rows.device_dropped_frames)),
+        Line::from_iter(count("gaps ", Some(gaps)).into_iter().chain(count("  restarts ", Some(restarts)))),
+        Line::from_iter(
+            count("late ticks ", rows.late_ticks).into_iter().chain(count("  it dropped ", rows.device_dropped_frames)),
+        ),
     ];
     if let Some(version) = quality.other_version {
         let own = model_core::protocol::VERSION;

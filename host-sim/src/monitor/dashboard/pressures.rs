@@ -10,8 +10,8 @@ use ratatui::symbols::Marker;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType};
 
-/// The top of the curves, kPa: the working range's end and what may overshoot it.
-const TOP_KPA: f64 = 165.0;
+/// The top of the curves, kPa: the working range's end and what may overshoot it. What is above is drawn there.
+const TOP_KPA: f64 = 160.0;
 
 /// Draws the three segments, proximal on top.
 pub fn draw(frame: &mut Frame, area: Rect, state: &State) {
@@ -32,7 +32,7 @@ fn title(state: &State, segment: Segment) -> Line<'static> {
         name,
         Span::styled(kpa(last.estimates_kpa[index]), STRONG),
         Span::raw(format!(" / {} kPa{bend}", kpa(last.setpoints_kpa[index]))),
-        Span::styled(format!("  valve {valve} "), FAINT),
+        Span::styled(format!("  {valve} "), FAINT),
     ])
 }
 

@@ -43,10 +43,13 @@ pub fn draw(frame: &mut Frame, area: Rect, keys: &Keys) {
             });
             (title, lines)
         }
-        Question::Zero => (" zero the sensors? ", vec![
-            Line::raw("Takes what both sensors read now as zero."),
-            Line::raw("The finger must be vented and at rest. y / n"),
-        ]),
+        Question::Zero => (
+            " zero the sensors? ",
+            vec![
+                Line::raw("Takes what both sensors read now as zero."),
+                Line::raw("The finger must be vented and at rest. y / n"),
+            ],
+        ),
         Question::Calibrate => (" load coefficients? y / n ", coefficients(keys)),
     };
     let width = lines.iter().map(Line::width).max().unwrap_or(0).max(title.len()) as u16 + 4;

@@ -73,7 +73,12 @@ fn more_room_shows_more() {
 #[test]
 fn a_lost_link_and_alarms_stand_out() {
     let mut state = running();
-    let told = Telemetry { faults: 1 << 4 | 1 << 42 | 1 << 63, priority: 3, manifold: None, ..told(10_000, LinkMode::Faulted(4)) };
+    let told = Telemetry {
+        faults: 1 << 4 | 1 << 42 | 1 << 63,
+        priority: 3,
+        manifold: None,
+        ..told(10_000, LinkMode::Faulted(4))
+    };
     let mut row = Record::from_telemetry(Source::Device, 10_000, &told);
     row.event = "link lost: the port is gone".into();
     state.take(&row);
@@ -116,8 +121,11 @@ fn every_question_fits_the_smallest_terminal() {
 
 #[test]
 fn before_the_first_frame_and_on_a_tiny_terminal_it_says_what_is_missing() {
-    let waiting = Status { connection: Some(Connection::Waiting), age_ms: None, quality: Quality::default(), ..status() };
-    assert!(text(&drawn(&State::default(), &Keys::default(), &waiting, SMALLEST)).contains("waiting for the first frame"));
+    let waiting =
+        Status { connection: Some(Connection::Waiting), age_ms: None, quality: Quality::default(), ..status() };
+    assert!(
+        text(&drawn(&State::default(), &Keys::default(), &waiting, SMALLEST)).contains("waiting for the first frame")
+    );
     let tiny = text(&drawn(&running(), &Keys::default(), &status(), (70, 20)));
     assert!(tiny.contains("80 columns and 24 rows are needed"), "{tiny}");
     for size in [(1, 1), (3, 2), (0, 0), (500, 200)] {

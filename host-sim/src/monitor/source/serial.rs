@@ -31,8 +31,6 @@ pub struct Serial {
     port: Option<Box<dyn SerialPort>>,
     start: Instant,
     next_try: Instant,
-    /// Why it could not be opened the last time.
-    trouble: Option<String>,
 }
 
 impl Serial {
@@ -42,7 +40,7 @@ impl Serial {
     /// When there is no such port, or it cannot be opened: names the ports that there are.
     pub fn new(wanted: Wanted) -> Result<Self, String> {
         let now = Instant::now();
-        let mut serial = Self { wanted, port: None, start: now, next_try: now, trouble: None };
+        let mut serial = Self { wanted, port: None, start: now, next_try: now };
         serial.open()?;
         Ok(serial)
     }
@@ -133,8 +131,7 @@ impl Device for Serial {
                 return Ok(Happened::Nothing);
             }
             self.next_try = now + RETRY;
-            self.trouble = self.open().err();
-            return Ok(if self.trouble.is_none() { Happened::Opened } else { Happened::Nothing });
+            return Ok(if self.open().is_ok() { Happened::Opened } else { Happened::Nothing });
         };
         let mut bytes = vec![0; 4096];
         let why = match port.read(&mut bytes) {
@@ -143,7 +140,9 @@ impl Device for Serial {
                 bytes.truncate(count);
                 return Ok(Happened::Bytes(bytes));
             }
-            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted | ErrorKind::WouldBlock) => {
+            Err(error)
+                if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted | ErrorKind::WouldBlock) =>
+            {
                 return Ok(Happened::Nothing);
             }
             Err(error) => error.to_string(),
