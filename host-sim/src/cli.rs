@@ -10,6 +10,8 @@ use crate::eval::{self, EvalError, Function};
 use crate::identify;
 use crate::methods::{self, Entry};
 use crate::metrics::{Summary, summarise};
+use crate::monitor::command::{self as monitor, MonitorArguments};
+use crate::monitor::source::Device;
 use crate::pareto;
 use crate::report::{self, Folder};
 use crate::simulate::{Program, Run};
@@ -77,6 +79,8 @@ enum Command {
     Identify(IdentifyArguments),
     /// Runs random plants, programs and faults by the thousand, and judges what the supervisor makes of them.
     Campaign(CampaignArguments),
+    /// Shows a device, the emulated board or a recording on the terminal, drives it by keys, and records everything.
+    Monitor(MonitorArguments),
 }
 
 #[derive(Debug, Args)]
@@ -164,6 +168,15 @@ enum On {
 /// Simulates a run on the ELF; hears milliseconds done and in all.
 pub type OnElf = fn(&Run, &mut dyn FnMut(u32, u32)) -> Result<Trace>;
 
+/// What the program with the emulated board can do beside.
+pub struct Emulator {
+    /// Simulates a run.
+    pub run: OnElf,
+    /// The board with the simulated finger as a device on a line, by the seed of its sensors, so many times as fast as a
+    /// clock, or as fast as can be.
+    pub device: fn(u64, Option<f64>) -> Result<Box<dyn Device>>,
+}
+
 /// How a command failed.
 #[derive(Debug)]
 pub(crate) enum Failure {
@@ -192,7 +205,7 @@ fn three(text: &str, what: &str) -> Result<[f64; 3], String> {
     Ok([number(a)?, number(b)?, number(c)?])
 }
 
-fn setpoints(text: &str) -> Result<[Pressure; 3], String> {
+pub(crate) fn setpoints(text: &str) -> Result<[Pressure; 3], String> {
     let values = three(text, "P,M,D")?;
     let limit = sequence::MAX_PRESSURE.to_f64();
     for value in values {
@@ -203,7 +216,7 @@ fn setpoints(text: &str) -> Result<[Pressure; 3], String> {
     Ok(values.map(Pressure::from_f64_kpa))
 }
 
-fn bends(text: &str) -> Result<[Bend; 3], String> {
+pub(crate) fn bends(text: &str) -> Result<[Bend; 3], String> {
     let values = three(text, "P,M,D")?;
     let limit = sequence::MAX_BEND.to_f64();
     for value in values {
@@ -226,12 +239,12 @@ pub fn command() -> clap::Command {
 
 /// Parses and runs the command line; returns the exit code.
 ///
-/// `on_elf` simulates what `run --on elf` asks for. The emulator's engine needs more than Rust to build and has a licence
-/// of its own, so host-sim is without it (`None`) and starts the program that has it.
+/// `emulator` does what `run --on elf` and `monitor --elf` ask for. The emulator's engine needs more than Rust to build and
+/// has a licence of its own, so host-sim is without it (`None`) and starts the program that has it.
 #[must_use]
-pub fn main(on_elf: Option<OnElf>) -> u8 {
+pub fn main(emulator: Option<&Emulator>) -> u8 {
     match Arguments::try_parse() {
-        Ok(arguments) => execute(arguments, on_elf),
+        Ok(arguments) => execute(arguments, emulator),
         // Help and version are no errors, and go to stdout.
         Err(answer) if !answer.use_stderr() => u8::from(answer.print().is_err()),
         Err(error) => {
@@ -247,7 +260,8 @@ fn one_line(message: &str) -> String {
 }
 
 /// Runs the command; returns the exit code.
-fn execute(arguments: Arguments, on_elf: Option<OnElf>) -> u8 {
+fn execute(arguments: Arguments, emulator: Option<&Emulator>) -> u8 {
+    let on_elf = emulator.map(|emulator| emulator.run);
     let outcome = match arguments.command {
         None => run(&arguments.run, on_elf),
         Some(Command::Run(run_arguments)) => run(&run_arguments, on_elf),
@@ -258,6 +272,7 @@ fn execute(arguments: Arguments, on_elf: Option<OnElf>) -> u8 {
         Some(Command::Pareto { plant: true, json, out }) => pareto_plant(json, &out),
         Some(Command::Pareto { plant: false, json, out }) => pareto_inverse(json, &out),
         Some(Command::Campaign(arguments)) => campaign::execute(&arguments),
+        Some(Command::Monitor(arguments)) => monitor::execute(&arguments, emulator),
         Some(Command::Compare(arguments)) => compare_regulators(&arguments),
         Some(Command::Identify(arguments)) => identify_finger(&arguments),
     };
@@ -288,7 +303,7 @@ pub(crate) fn print(text: &str) -> Result<()> {
 }
 
 /// Hands the command line over to the program with the emulator, which `cargo xtask elf` builds and starts.
-fn start_elf() -> Result<(), Failure> {
+pub(crate) fn start_elf() -> Result<(), Failure> {
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
     let here = std::env::current_dir().map_err(anyhow::Error::from)?;
     let status = std::process::Command::new("cargo")
@@ -298,7 +313,7 @@ fn start_elf() -> Result<(), Failure> {
         .args(std::env::args_os().skip(1))
         .current_dir(root)
         .status()
-        .map_err(|error| anyhow!("`run --on elf` needs cargo and the project's sources: {error}"))?;
+        .map_err(|error| anyhow!("the emulated board needs cargo and the project's sources: {error}"))?;
     match status.code() {
         Some(0) => Ok(()),
         // It has said why.
@@ -307,15 +322,18 @@ fn start_elf() -> Result<(), Failure> {
     }
 }
 
+/// What is said of a name that no sequence has.
+pub(crate) fn unknown_sequence(name: &str) -> String {
+    let known: Vec<_> = library::ALL.iter().map(|sequence| sequence.name).collect();
+    format!("no sequence is named {name:?}; there are {}", known.join(", "))
+}
+
 fn run(arguments: &RunArguments, on_elf: Option<OnElf>) -> Result<(), Failure> {
     let name = arguments.sequence.as_deref().unwrap_or("reconfigure");
     let program = match (arguments.setpoints, arguments.bends) {
         (Some(setpoints), _) => Program::Setpoints(setpoints),
         (None, Some(bends)) => Program::Bends(bends),
-        (None, None) => Program::Sequence(library::find(name).ok_or_else(|| {
-            let known: Vec<_> = library::ALL.iter().map(|sequence| sequence.name).collect();
-            Failure::Input(format!("no sequence is named {name:?}; there are {}", known.join(", ")))
-        })?),
+        (None, None) => Program::Sequence(library::find(name).ok_or_else(|| Failure::Input(unknown_sequence(name)))?),
     };
     if arguments.on == On::Elf && on_elf.is_none() {
         return start_elf();

@@ -28,6 +28,7 @@ pub mod identify;
 pub mod mechanics;
 pub mod methods;
 pub mod metrics;
+pub mod monitor;
 pub mod pareto;
 pub mod plant;
 pub mod progress;

@@ -131,5 +131,10 @@ pub fn pictures() -> Result<()> {
         fs::copy(folder.join(name), images.join(name)).with_context(|| format!("the run left no {name}"))?;
         println!("docs/images/{name}");
     }
+    // The same run on the monitor's dashboard, in the middle of its hold.
+    let mut cargo = command("cargo");
+    let monitor = ["run", "--release", "--quiet", "--", "monitor", "--at", "6.5", "--replay"];
+    run(cargo.args(monitor).arg(folder.join("samples.csv")).arg("--snapshot").arg(images.join("monitor.svg")))?;
+    println!("docs/images/monitor.svg");
     Ok(())
 }

@@ -31,7 +31,7 @@ impl Pose {
     }
 
     /// Along an arc of `length` that turns by `bend` radians: its chord is length · sinc(bend / 2).
-    fn arc(self, length: f64, bend: f64) -> Self {
+    pub(crate) fn arc(self, length: f64, bend: f64) -> Self {
         let half = bend / 2.0;
         let chord = if half.abs() < 1e-9 { length } else { length * half.sin() / half };
         let end = Self { direction: self.direction + half, ..self }.straight(chord);

@@ -111,13 +111,13 @@ pub struct Record {
     pub setpoints_kpa: [f64; 3],
     /// The controller's estimate of each chamber.
     pub estimates_kpa: [f64; 3],
-    /// True pressure of each chamber; known in a simulated run only.
+    /// True pressure of each chamber; known where the finger is simulated.
     pub chambers_kpa: [f64; 3],
-    /// True pressure of the manifold; known in a simulated run only.
+    /// True pressure of the manifold; known where the finger is simulated.
     pub manifold_kpa: f64,
     /// What the pressure sensor read; not a number while it fails.
     pub sensor_kpa: f64,
-    /// True bend of each segment; known in a simulated run only.
+    /// True bend of each segment; known where the finger is simulated.
     pub bends_deg: [f64; 3],
     /// What the bend sensor read, whole finger; not a number while it fails.
     pub bend_sensor_deg: f64,

@@ -140,13 +140,8 @@ impl Bench {
     /// # Errors
     /// As [`Board::run_until`].
     pub fn step(&mut self) -> Result<Option<Halt>> {
-        self.wire();
-        let until = self.board.time() + MILLISECOND;
-        let halt = self.board.run_until(until)?;
-        if let Some(Halt::Reset(cause)) = halt {
-            self.board.reset(cause)?;
-        }
-        for byte in self.board.take_sent() {
+        let (halt, sent) = self.step_on_the_line()?;
+        for byte in sent {
             match self.decoder.push::<Report>(byte) {
                 Some(Ok(Report::Telemetry(telemetry))) => self.telemetry.push(telemetry),
                 Some(Ok(answer)) => self.answers.push(answer),
@@ -154,10 +149,24 @@ impl Bench {
                 None => {}
             }
         }
-        let actuation = self.actuation();
-        self.plant.step(&actuation);
-        self.milliseconds += 1;
         Ok(halt)
+    }
+
+    /// The same for a host of its own: returns the bytes that the board has sent, and looks at none of them.
+    ///
+    /// # Errors
+    /// As [`Board::run_until`].
+    pub fn step_on_the_line(&mut self) -> Result<(Option<Halt>, Vec<u8>)> {
+        self.wire();
+        let until = self.board.time() + MILLISECOND;
+        let halt = self.board.run_until(until)?;
+        if let Some(Halt::Reset(cause)) = halt {
+            self.board.reset(cause)?;
+        }
+        let sent = self.board.take_sent();
+        self.plant.step(&self.actuation());
+        self.milliseconds += 1;
+        Ok((halt, sent))
     }
 
     /// One millisecond of the finger without power on the board, which has been reset.

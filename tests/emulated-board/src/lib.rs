@@ -25,6 +25,7 @@ pub mod board;
 pub mod campaign;
 pub mod counted;
 pub mod footprint;
+pub mod line;
 #[allow(missing_docs)]
 mod machine;
 pub mod pareto;
@@ -38,6 +39,7 @@ pub use bench::Bench;
 pub use board::{Board, Pin};
 pub use counted::{Counted, counted_elf};
 pub use footprint::Footprint;
+pub use line::OnLine;
 pub use machine::Halt;
 pub use model_core::protocol::ResetCause;
 
