@@ -71,11 +71,12 @@ pub fn link(frame: &mut Frame, area: Rect, state: &State, status: &Status) {
         let style = if count.unwrap_or(0) > 0 { WARNING } else { Style::new() };
         [Span::styled(name, FAINT), Span::styled(known(count), style)]
     };
+    let frames = status.connection.as_ref().map_or_else(|| "-".into(), |_| quality.frames.to_string());
     let (gaps, restarts) = state.gaps_and_restarts();
     let mut lines = vec![
         Line::from_iter([
             Span::styled("frames ", FAINT),
-            Span::raw(quality.frames.to_string()),
+            Span::raw(frames),
             Span::styled("  age ", FAINT),
             Span::raw(age),
         ]),

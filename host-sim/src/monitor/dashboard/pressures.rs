@@ -25,7 +25,10 @@ fn title(state: &State, segment: Segment) -> Line<'static> {
     let index = segment as usize;
     let name = Span::styled(format!(" {} ", segment.name()), STRONG.fg(SEGMENTS[index]));
     let Some(last) = state.last() else { return Line::from(name) };
-    let kpa = |value: f64| if value.is_finite() { format!("{value:.1}") } else { "---".into() };
+    // A tiny negative pressure is no -0.0.
+    let kpa = |value: f64| {
+        if value.is_finite() { format!("{:.1}", if value.abs() < 0.05 { 0.0 } else { value }) } else { "---".into() }
+    };
     let valve = if last.actuation.segments[index] == Passage::Open { "open" } else { "closed" };
     let bend = state.bends_deg().map_or_else(String::new, |bends| format!("  {:.1} deg", bends[index]));
     Line::from(vec![
