@@ -9,6 +9,7 @@ use crate::eval::{self, EvalError, Function};
 use crate::identify;
 use crate::methods::{self, Entry};
 use crate::metrics::{Summary, summarise};
+use crate::paper::command::{self as paper, PaperArguments};
 use crate::pareto;
 use crate::report::{self, Folder};
 use crate::simulate::{Program, Run};
@@ -76,6 +77,8 @@ enum Command {
     Identify(IdentifyArguments),
     /// Runs random plants, programs and faults by the thousand, and judges what the supervisor makes of them.
     Campaign(CampaignArguments),
+    /// Sets the paper's tables and curves beside what this project computes, with the errors. Writes tables and pictures.
+    Paper(PaperArguments),
 }
 
 #[derive(Debug, Args)]
@@ -256,6 +259,7 @@ fn execute(arguments: Arguments, on_elf: Option<OnElf>) -> u8 {
         Some(Command::Pareto { plant: true, json, out }) => pareto_plant(json, &out),
         Some(Command::Pareto { plant: false, json, out }) => pareto_inverse(json, &out),
         Some(Command::Campaign(arguments)) => campaign::execute(&arguments),
+        Some(Command::Paper(arguments)) => paper::execute(&arguments),
         Some(Command::Compare(arguments)) => compare_regulators(&arguments),
         Some(Command::Identify(arguments)) => identify_finger(&arguments),
     };

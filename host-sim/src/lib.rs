@@ -9,6 +9,7 @@ pub mod identify;
 pub mod mechanics;
 pub mod methods;
 pub mod metrics;
+pub mod paper;
 pub mod pareto;
 pub mod plant;
 pub mod progress;

@@ -10,6 +10,7 @@ mod host_sim;
 mod image;
 mod markers;
 mod no_panic;
+mod paper;
 mod pareto;
 mod plant;
 mod steps;
@@ -93,6 +94,8 @@ enum Chore {
     },
     /// Compares the regulators and renews docs/compare.md and its pictures.
     Compare,
+    /// Sets the paper's tables beside ours: renews docs/paper.md, docs/kinematics.md and their pictures.
+    Paper,
     /// Puts the campaign's committed result into docs/campaign.md, with its picture.
     Campaign {
         /// Runs the 30,000 runs anew first: some minutes on two cores.
@@ -103,8 +106,8 @@ enum Chore {
     Pictures,
     /// Puts the fault table of the code into docs/faults.md.
     Faults,
-    /// Renews every figure and picture that the documents show: `pareto --write`, `plant --write`, `compare`, `figures --write`,
-    /// `campaign`, `pictures`, `faults`.
+    /// Renews every figure and picture that the documents show: `pareto --write`, `plant --write`, `compare`, `paper`,
+    /// `figures --write`, `campaign`, `pictures`, `faults`.
     ///
     /// All but what takes long: the exhaustive run's table in docs/exhaustive.md (`cargo xtask exhaustive -- --write`), and the
     /// campaign's runs (`cargo xtask campaign --write`).
@@ -129,6 +132,7 @@ fn main() -> std::process::ExitCode {
         Chore::Plant { check: true, .. } => plant::gate(),
         Chore::Plant { write, .. } => plant::plant(write),
         Chore::Compare => compare::compare(),
+        Chore::Paper => paper::paper(),
         Chore::Campaign { write } => campaign::campaign(write),
         Chore::Pictures => steps::pictures(),
         Chore::Faults => steps::faults(),

@@ -1,7 +1,7 @@
 //! Chores of several steps, each announced and timed.
 
 use crate::{
-    board_figures, campaign, command, compare, firmware, markers, no_panic, pareto, plant, root, run, toolchain,
+    board_figures, campaign, command, compare, firmware, markers, no_panic, paper, pareto, plant, root, run, toolchain,
 };
 use anyhow::{Context, Result, ensure};
 use std::ffi::OsString;
@@ -29,10 +29,11 @@ fn all(steps: &[Step], done: &str) -> Result<()> {
 
 /// Renews every figure and picture that the documents show, but the exhaustive run's.
 pub fn docs() -> Result<()> {
-    let steps: [Step; 7] = [
+    let steps: [Step; 8] = [
         ("ways to compute the model", || pareto::pareto(false, true)),
         ("the plant's integrators", || plant::plant(true)),
         ("regulators", compare::compare),
+        ("the paper's tables", paper::paper),
         ("firmware", || board_figures::figures(false, true)),
         ("the campaign's result", || campaign::campaign(false)),
         ("pictures", pictures),
