@@ -12,6 +12,7 @@ use crate::methods::{self, Entry};
 use crate::metrics::{Summary, summarise};
 use crate::monitor::command::{self as monitor, MonitorArguments};
 use crate::monitor::source::Device;
+use crate::paper::command::{self as paper, PaperArguments};
 use crate::pareto;
 use crate::report::{self, Folder};
 use crate::simulate::{Program, Run};
@@ -81,6 +82,8 @@ enum Command {
     Campaign(CampaignArguments),
     /// Shows a device, the emulated board or a recording on the terminal, drives it by keys, and records everything.
     Monitor(MonitorArguments),
+    /// Sets the paper's tables and curves beside what this project computes, with the errors. Writes tables and pictures.
+    Paper(PaperArguments),
 }
 
 #[derive(Debug, Args)]
@@ -273,6 +276,7 @@ fn execute(arguments: Arguments, emulator: Option<&Emulator>) -> u8 {
         Some(Command::Pareto { plant: false, json, out }) => pareto_inverse(json, &out),
         Some(Command::Campaign(arguments)) => campaign::execute(&arguments),
         Some(Command::Monitor(arguments)) => monitor::execute(&arguments, emulator),
+        Some(Command::Paper(arguments)) => paper::execute(&arguments),
         Some(Command::Compare(arguments)) => compare_regulators(&arguments),
         Some(Command::Identify(arguments)) => identify_finger(&arguments),
     };

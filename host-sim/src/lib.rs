@@ -29,6 +29,7 @@ pub mod mechanics;
 pub mod methods;
 pub mod metrics;
 pub mod monitor;
+pub mod paper;
 pub mod pareto;
 pub mod plant;
 pub mod progress;

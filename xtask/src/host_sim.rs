@@ -20,6 +20,14 @@ pub fn compare() -> Result<PathBuf> {
     run("compare", &[], "compare", &[0])
 }
 
+/// Runs `host-sim paper`; returns the folder of its files.
+///
+/// # Errors
+/// As [`pareto`].
+pub fn paper() -> Result<PathBuf> {
+    run("paper", &[], "paper", &[0])
+}
+
 /// Runs `host-sim campaign` with these arguments; returns the folder of its files. One that found violations has its
 /// result all the same.
 ///

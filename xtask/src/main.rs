@@ -23,6 +23,7 @@ mod image;
 mod markers;
 mod new_sequence;
 mod no_panic;
+mod paper;
 mod pareto;
 mod plant;
 mod steps;
@@ -155,6 +156,10 @@ enum Chore {
     ///
     /// Writes docs/compare.md, docs/images/compare-*.svg and target/compare. Installs nothing.
     Compare,
+    /// Sets the paper's tables beside ours.
+    ///
+    /// Writes docs/paper.md, docs/kinematics.md, docs/images/paper-*.svg and target/paper. Installs nothing.
+    Paper,
     /// Puts the campaign's committed result into docs/campaign.md, with its picture.
     ///
     /// Writes docs/campaign.md and docs/images/detection-matrix.svg, with `--write` docs/figures/campaign.json too.
@@ -176,8 +181,8 @@ enum Chore {
     ///
     /// Writes docs/*.md. Installs nothing.
     Excerpts,
-    /// Renews every figure and picture that the documents show: `pareto --write`, `plant --write`, `compare`, `figures --write`,
-    /// `campaign`, `pictures`, `faults`, `excerpts`.
+    /// Renews every figure and picture that the documents show: `pareto --write`, `plant --write`, `compare`, `paper`,
+    /// `figures --write`, `campaign`, `pictures`, `faults`, `excerpts`.
     ///
     /// All but what takes long: the exhaustive run's table in docs/exhaustive.md (`cargo xtask exhaustive -- --write`), and the
     /// campaign's runs (`cargo xtask campaign --write`). Writes what those write. Installs what `setup` does.
@@ -205,6 +210,7 @@ fn main() -> std::process::ExitCode {
         Chore::Plant { check: true, .. } => plant::gate(),
         Chore::Plant { write, .. } => plant::plant(write),
         Chore::Compare => compare::compare(),
+        Chore::Paper => paper::paper(),
         Chore::Campaign { write } => campaign::campaign(write),
         Chore::Pictures => steps::pictures(),
         Chore::Faults => steps::faults(),

@@ -1,7 +1,7 @@
 //! Chores of several steps, each announced and timed.
 
 use crate::{
-    board_figures, campaign, command, compare, dist, excerpts, firmware, markers, no_panic, pareto, plant, root, run,
+    board_figures, campaign, command, compare, dist, excerpts, firmware, markers, no_panic, paper, pareto, plant, root, run,
     toolchain,
 };
 use anyhow::{Context, Result, ensure};
@@ -34,6 +34,7 @@ pub fn docs() -> Result<()> {
         ("ways to compute the model", || pareto::pareto(false, true)),
         ("the plant's integrators", || plant::plant(true)),
         ("regulators", compare::compare),
+        ("the paper's tables", paper::paper),
         ("firmware", || board_figures::figures(false, true)),
         ("the campaign's result", || campaign::campaign(false)),
         ("pictures", pictures),
