@@ -3,6 +3,7 @@
 //! It ends with 0 when all went well, 1 when something failed on the way or a fault ended the run, 2 when the input was
 //! wrong, a folder that cannot be written to among it.
 
+use crate::calibrate::command::{self as calibrate, CalibrateArguments};
 use crate::calibrate::file::admitted;
 use crate::campaign::command::{self as campaign, CampaignArguments};
 use crate::compare;
@@ -84,6 +85,9 @@ enum Command {
     Monitor(MonitorArguments),
     /// Sets the paper's tables and curves beside what this project computes, with the errors. Writes tables and pictures.
     Paper(PaperArguments),
+    /// Fits the model's coefficients to measurements of pressure and bend: confidence intervals, warnings, pictures, and the
+    /// file that loads them into the device.
+    Calibrate(CalibrateArguments),
 }
 
 #[derive(Debug, Args)]
@@ -274,6 +278,7 @@ fn execute(arguments: Arguments, emulator: Option<&Emulator>) -> u8 {
         }
         Some(Command::Pareto { plant: true, json, out }) => pareto_plant(json, &out),
         Some(Command::Pareto { plant: false, json, out }) => pareto_inverse(json, &out),
+        Some(Command::Calibrate(arguments)) => calibrate::execute(&arguments),
         Some(Command::Campaign(arguments)) => campaign::execute(&arguments),
         Some(Command::Monitor(arguments)) => monitor::execute(&arguments, emulator),
         Some(Command::Paper(arguments)) => paper::execute(&arguments),
