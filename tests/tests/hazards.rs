@@ -92,3 +92,21 @@ fn what_the_safe_state_cannot_vent() {
         .expect("it vents");
     println!("sound: below 10 kPa after {sound} ms");
 }
+
+/// Venting opens every valve, so for a moment a full chamber's air passes through the manifold into an empty one. Prints the page's
+/// figures: `cargo test -p finger-tests --test hazards -- --nocapture`.
+#[test]
+fn venting_lifts_an_empty_chamber_beside_full_ones() {
+    let peak = |full: [f64; 3]| {
+        let mut plant = Plant::new(PlantParameters::default(), Scene::default(), 1).starting_at(0.0, full);
+        (0..3000).fold(0.0_f64, |peak, _| {
+            plant.step(&Actuation::SAFE);
+            peak.max(plant.truth().chambers_kpa[2])
+        })
+    };
+    let (beside_one, beside_two) = (peak([150.0, 0.0, 0.0]), peak([150.0, 150.0, 0.0]));
+    println!("an empty chamber beside one at 150 kPa: {beside_one:.0} kPa, beside two: {beside_two:.0} kPa");
+    // The air shared, less what has left through the dump valve by then: never above it.
+    assert!((10.0..50.0).contains(&beside_one), "{beside_one}");
+    assert!((beside_one + 10.0..100.0).contains(&beside_two), "{beside_two}");
+}

@@ -57,25 +57,6 @@ fn in_every_mode(history: &History) -> [(Controller, Outputs); 5] {
     ]
 }
 
-#[test]
-#[ignore = "prints alarms that a sound plant raised in a history"]
-fn false_alarms_of_histories() {
-    for seed in 0..300_u32 {
-        let kpa = [0, 1, 2].map(|index| (seed.wrapping_mul(2_654_435_761) >> (8 * index) & 0xFF) as i16 % 151);
-        let history = History {
-            seed: u64::from(seed),
-            sequence: seed as usize % library::ALL.len(),
-            setpoints_kpa: kpa,
-            ticks: 1 + seed * 13 % 4000,
-        };
-        for (index, (_, last)) in in_every_mode(&history).into_iter().enumerate() {
-            if !last.faults.is_empty() {
-                println!("{index} {history:?}: {:?}", last.faults.iter().collect::<Vec<_>>());
-            }
-        }
-    }
-}
-
 /// What may happen in a tick after the fault.
 #[derive(Clone, Debug)]
 struct After {

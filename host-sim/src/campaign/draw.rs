@@ -6,7 +6,7 @@ use super::kind::Kind;
 use crate::plant::{FaultKind, InjectedFault, PlantParameters};
 use model_core::actuation::{Passage, PerSegment, Segment};
 use model_core::sequence::{Sequence, library};
-use model_core::units::{Coefficients, Pressure};
+use model_core::units::{Bend, Coefficients, Pressure};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
@@ -24,18 +24,24 @@ pub struct Filter {
 pub enum Choice {
     /// A built-in sequence.
     Sequence(&'static Sequence),
-    /// Setpoints by hand.
+    /// Pressures by hand.
     ByHand,
+    /// Bends by hand.
+    ByHandDegrees,
 }
 
 /// The name of setpoints by hand in tables and on the command line.
 pub const BY_HAND: &str = "by-hand";
+/// The same for bends.
+pub const BY_HAND_DEGREES: &str = "by-hand-degrees";
 
 impl Choice {
+    const HANDS: [Self; 2] = [Self::ByHand, Self::ByHandDegrees];
+
     /// All, in the matrix's order.
     #[must_use]
     pub fn all() -> Vec<Self> {
-        library::ALL.into_iter().map(Self::Sequence).chain([Self::ByHand]).collect()
+        library::ALL.into_iter().map(Self::Sequence).chain(Self::HANDS).collect()
     }
 
     /// Its name.
@@ -44,6 +50,7 @@ impl Choice {
         match self {
             Self::Sequence(sequence) => sequence.name,
             Self::ByHand => BY_HAND,
+            Self::ByHandDegrees => BY_HAND_DEGREES,
         }
     }
 
@@ -59,13 +66,22 @@ impl Choice {
     }
 }
 
+/// What a hand asks for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Wish {
+    /// Pressures of the chambers.
+    Pressures(PerSegment<Pressure>),
+    /// Bends of the segments.
+    Bends(PerSegment<Bend>),
+}
+
 /// What the controller is asked for.
 #[derive(Clone, Debug)]
 pub enum Program {
     /// A built-in sequence.
     Sequence(&'static Sequence),
     /// A host drives the finger by setpoints, each held for so many ms; then it vents.
-    ByHand(Vec<(PerSegment<Pressure>, u32)>),
+    ByHand(Vec<(Wish, u32)>),
 }
 
 impl Program {
@@ -74,6 +90,7 @@ impl Program {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Sequence(sequence) => sequence.name,
+            Self::ByHand(wishes) if matches!(wishes.first(), Some((Wish::Bends(_), _))) => BY_HAND_DEGREES,
             Self::ByHand(_) => BY_HAND,
         }
     }
@@ -109,6 +126,13 @@ pub enum What {
     },
     /// To the settings: damaged at the start.
     Settings,
+    /// To the machine from the start: its valves' dead times are this many times what was drawn.
+    ColdValves {
+        /// Factor.
+        times: u32,
+    },
+    /// Nothing: the program is too long for a session.
+    LongSession,
 }
 
 /// A fault of a run.
@@ -158,6 +182,9 @@ pub struct Case {
 pub const STANDBY_MS: u32 = 500;
 /// About how long a self test takes, ms: faults come in it too.
 const SELF_TEST_MS: u32 = 2500;
+
+/// The switch closes within this of its setting, kPa: its display resolution.
+const SWITCH_KPA: f64 = 1.0;
 
 /// One generator of a run: they share nothing but the seed.
 fn generator(seed: u64, index: u64, stream: u64) -> Pcg64 {
@@ -220,15 +247,41 @@ fn calibration(rng: &mut Pcg64, plant: &PlantParameters) -> PerSegment<Coefficie
 fn program(rng: &mut Pcg64, filter: &Filter) -> Program {
     let all = Choice::all();
     // By hand in a fifth of the runs, a sequence in the others.
-    let drawn = if rng.random_bool(0.2) { Choice::ByHand } else { all[rng.random_range(0..all.len() - 1)] };
+    let hands = Choice::HANDS;
+    let drawn = if rng.random_bool(0.2) {
+        hands[rng.random_range(0..hands.len())]
+    } else {
+        all[rng.random_range(0..all.len() - hands.len())]
+    };
     match filter.program.unwrap_or(drawn) {
         Choice::Sequence(sequence) => Program::Sequence(sequence),
         Choice::ByHand => {
             let steps = rng.random_range(3..=6);
             let mut setpoint = || Pressure::from_kpa(if rng.random_bool(0.15) { 0 } else { rng.random_range(5..=150) });
-            let setpoints: Vec<_> = (0..steps).map(|_| [setpoint(), setpoint(), setpoint()]).collect();
-            Program::ByHand(setpoints.into_iter().map(|at| (at, rng.random_range(1000..=5000))).collect())
+            let wishes: Vec<_> = (0..steps).map(|_| Wish::Pressures([setpoint(), setpoint(), setpoint()])).collect();
+            held(rng, wishes)
         }
+        Choice::ByHandDegrees => {
+            let steps = rng.random_range(3..=6);
+            let mut bend = || Bend::from_deg(if rng.random_bool(0.15) { 0 } else { rng.random_range(5..=110) });
+            let wishes: Vec<_> = (0..steps).map(|_| Wish::Bends([bend(), bend(), bend()])).collect();
+            held(rng, wishes)
+        }
+    }
+}
+
+/// Each for 1 to 5 s.
+fn held(rng: &mut Pcg64, wishes: Vec<Wish>) -> Program {
+    Program::ByHand(wishes.into_iter().map(|wish| (wish, rng.random_range(1000..=5000))).collect())
+}
+
+/// A program that a session's limit must end: a pressure that is held for over an hour, or over 2000 bends in less.
+fn long_session(kind: Kind) -> Option<Program> {
+    let wish = |kpa| Wish::Pressures([Pressure::from_kpa(kpa), Pressure::ZERO, Pressure::ZERO]);
+    match kind {
+        Kind::SessionTime => Some(Program::ByHand(vec![(wish(40), 3_610_000)])),
+        Kind::SessionCycles => Some(Program::ByHand((0..4020).map(|step| (wish(30 - step % 2 * 30), 800)).collect())),
+        _ => None,
     }
 }
 
@@ -273,12 +326,23 @@ fn fault(rng: &mut Pcg64, kind: Kind, window_ms: u32) -> Drawn {
             from_ms = 0;
             What::Settings
         }
+        Kind::ManifoldLeak => {
+            What::Plant(FaultKind::ManifoldLeak { conductance_nl_per_s_bar: factor(rng, 1e-3, 1e-2) })
+        }
+        Kind::ColdValves => {
+            from_ms = 0;
+            What::ColdValves { times: 2 }
+        }
+        Kind::SessionTime | Kind::SessionCycles => {
+            from_ms = 0;
+            What::LongSession
+        }
     };
     Drawn { kind, what, segment, from_ms }
 }
 
 fn faults(rng: &mut Pcg64, filter: &Filter, window_ms: u32) -> Vec<Drawn> {
-    let any = |rng: &mut Pcg64| Kind::ALL[rng.random_range(0..Kind::ALL.len())];
+    let any = |rng: &mut Pcg64| Kind::DRAWN[rng.random_range(0..Kind::DRAWN.len())];
     let kind = any(rng);
     // A fifth of the runs has none, a fifth two.
     let number = rng.random_range(0..5);
@@ -303,14 +367,22 @@ impl Case {
     #[must_use]
     pub fn draw(seed: u64, index: u64, filter: &Filter) -> Self {
         let mut machine = generator(seed, index, 0);
-        let plant = plant(&mut machine);
+        let mut plant = plant(&mut machine);
         let calibration = calibration(&mut machine, &plant);
         let mut wish = generator(seed, index, 1);
         let host_listens = wish.random_bool(0.5);
-        let program = program(&mut wish, filter);
+        let mut program = program(&mut wish, filter);
         let window_ms = SELF_TEST_MS + STANDBY_MS + program.duration_ms();
         let faults = faults(&mut generator(seed, index, 2), filter, window_ms);
+        for fault in &faults {
+            if let What::ColdValves { times } = fault.what {
+                plant.segment_valve.dead_time_ms *= times;
+                plant.dump_valve.dead_time_ms *= times;
+            }
+            program = long_session(fault.kind).unwrap_or(program);
+        }
         let noise_seed = generator(seed, index, 3).random();
+        plant.pressure_sensor.switch_kpa += generator(seed, index, 4).random_range(-SWITCH_KPA..SWITCH_KPA);
         Self { index, plant, calibration, program, host_listens, faults, noise_seed }
     }
 }
@@ -343,7 +415,7 @@ mod tests {
     #[test]
     fn every_kind_and_program_comes_and_two_at_once_too() {
         let cases: Vec<_> = (0..3000).map(|index| Case::draw(7, index, &Filter::default())).collect();
-        for kind in Kind::ALL {
+        for &kind in Kind::DRAWN {
             assert!(cases.iter().any(|case| case.faults.iter().any(|fault| fault.kind == kind)), "{kind:?}");
         }
         for choice in Choice::all() {

@@ -1,6 +1,6 @@
 //! One run: the controller on its drawn plant, with what breaks around it, and the judge beside.
 
-use super::draw::{Case, Program, STANDBY_MS, What};
+use super::draw::{Case, Program, STANDBY_MS, What, Wish};
 use super::judge::{Event, Judge, Outcome};
 use crate::plant::{Plant, Scene};
 use crate::trace::Sample;
@@ -83,8 +83,12 @@ impl Operator {
                 if self.started_ms.is_some() && now_ms < self.next_ms || self.ended_ms.is_some() {
                     return;
                 }
-                if let Some(&(setpoints, hold_ms)) = setpoints.get(self.sent) {
-                    if core.command(Command::Setpoints(setpoints)) {
+                if let Some(&(wish, hold_ms)) = setpoints.get(self.sent) {
+                    let command = match wish {
+                        Wish::Pressures(pressures) => Command::Setpoints(pressures),
+                        Wish::Bends(bends) => Command::Bends(bends),
+                    };
+                    if core.command(command) {
                         self.started_ms.get_or_insert(now_ms);
                         self.sent += 1;
                         self.next_ms = now_ms + hold_ms;

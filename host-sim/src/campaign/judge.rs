@@ -17,6 +17,8 @@ pub const LIMIT_MS: u32 = 20;
 const DIAGNOSIS_MS: u32 = 8000;
 /// A diagnosis may lift no chamber above this, kPa: a manifold's air in three chambers, and as much again.
 pub const DIAGNOSIS_KPA: f64 = 30.0;
+/// The reading is at its range's end from so far before it, degrees: zero and noise.
+const RANGE_END_DEG: f64 = 3.0;
 /// How much higher than the de-energised plant a chamber may end that cannot vent, kPa.
 const SAME_KPA: f64 = 5.0;
 
@@ -178,7 +180,7 @@ impl<'a> Judge<'a> {
     ) -> bool {
         let chambers_kpa = plant.chambers_kpa();
         self.commanded.step(actuation);
-        self.show(now_ms, outputs, actuation, plant);
+        self.show(now_ms, event, outputs, actuation, plant);
         if let (Event::Ticked, Some(outputs)) = (event, outputs) {
             self.hear(now_ms, outputs, plant);
             self.energise(now_ms, outputs, actuation, &chambers_kpa);
@@ -192,7 +194,7 @@ impl<'a> Judge<'a> {
     }
 
     /// Whether faults show.
-    fn show(&mut self, now_ms: u32, outputs: Option<&Outputs>, actuation: Actuation, plant: &Plant) {
+    fn show(&mut self, now_ms: u32, event: Event, outputs: Option<&Outputs>, actuation: Actuation, plant: &Plant) {
         let waiting = |(showing, detected): (&Showing, &Option<u32>)| showing.is_present(now_ms) && detected.is_none();
         if self.venting.is_some() || !self.showings.iter().zip(&self.detected).any(waiting) {
             return;
@@ -206,6 +208,9 @@ impl<'a> Judge<'a> {
             let before_ms = showing.since_ms;
             if now_ms == drawn.from_ms {
                 self.outcome.timeline.push((now_ms, format!("comes {}", describe(drawn))));
+            }
+            if is_away(drawn.kind, event, actuation) {
+                continue;
             }
             showing.tick(now_ms, self.case, &truth, outputs, actuation, &self.commanded);
             if let (Some(since_ms), None) = (showing.since_ms, before_ms) {
@@ -248,7 +253,8 @@ impl<'a> Judge<'a> {
         }
         for (index, drawn) in self.case.faults.iter().enumerate().filter(|(_, drawn)| drawn.from_ms <= now_ms) {
             // What is told already needs no second telling. Of two at once either's venting is enough.
-            let own = self.latched.intersects(drawn.kind.accepted(drawn.segment));
+            let own = self.latched.intersects(drawn.kind.accepted(drawn.segment))
+                || new.contains(Fault::BendSensorFailed) && is_out_of_range(drawn, self.case, plant);
             let vented = present.len() > 1 && FaultSet::VENTING.intersects(intersection(new, accepted));
             if own || vented {
                 self.detected[index].get_or_insert(now_ms);
@@ -373,12 +379,20 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// Whether another fault has taken the only sensor that could tell: without the bend nobody sees an obstruction. That fault
-    /// must be found itself.
-    fn is_blinded(&self, drawn: &Drawn) -> bool {
-        let blinds = |kind| matches!(kind, Kind::BendSensorOpen | Kind::BendSensorShort | Kind::BendSensorFrozen);
-        matches!(drawn.kind, Kind::FingerBlocked | Kind::FingerPushed)
-            && self.case.faults.iter().any(|fault| blinds(fault.kind))
+    /// Whether another fault had taken the only second witness before this one had to be found: without the bend nobody sees an
+    /// obstruction, nor the true pressure of a chamber that its valve shuts off or leaves open. That fault must be found itself.
+    fn is_blinded(&self, index: usize) -> bool {
+        let (drawn, showing) = (&self.case.faults[index], &self.showings[index]);
+        let needs_bend = matches!(
+            drawn.kind,
+            Kind::FingerBlocked | Kind::FingerPushed | Kind::ValveStuckOpen | Kind::ValveStuckClosed
+        );
+        let due_ms = showing.since_ms.map_or(0, |since| since + drawn.kind.bound_ms(showing.in_self_test));
+        let blinds = |fault: &Drawn| {
+            matches!(fault.kind, Kind::BendSensorOpen | Kind::BendSensorShort | Kind::BendSensorFrozen)
+                && fault.from_ms <= due_ms
+        };
+        needs_bend && self.case.faults.iter().any(blinds)
     }
 
     /// Whether a push from outside has just compressed this closed chamber: until the push must have been found.
@@ -401,7 +415,8 @@ impl<'a> Judge<'a> {
             let ending = match (self.detected[index], showing.since_ms) {
                 (Some(_), _) if in_time => Ending::Detected { latency_ms: shown_ms },
                 (None, None) => Ending::NotShown,
-                (None, Some(_)) if in_time || self.is_blinded(&drawn) => Ending::Undecided,
+                (None, Some(_)) if in_time || self.is_blinded(index) => Ending::Undecided,
+                (Some(_), _) if self.is_blinded(index) => Ending::Undecided,
                 _ => Ending::Missed,
             };
             if ending == Ending::Missed {
@@ -415,6 +430,22 @@ impl<'a> Judge<'a> {
         self.outcome.timeline.sort_by_key(|(ms, _)| *ms);
         self.outcome
     }
+}
+
+/// Whether a hand bends the finger to where its sensor ends: a reading out of range is all that there is to see, and looks like
+/// a broken sensor's.
+fn is_out_of_range(drawn: &Drawn, case: &Case, plant: &Plant) -> bool {
+    let bend_deg: f64 = plant.truth().bends_deg.iter().sum();
+    let range_deg = 0.0..case.plant.bend_sensor.range_deg * (1.0 - case.plant.bend_sensor.gain_error) - RANGE_END_DEG;
+    drawn.kind == Kind::FingerPushed && !range_deg.contains(&bend_deg)
+}
+
+/// Whether nobody can see a fault in this tick, as the controller makes none: for that there is a bound of its own. What the
+/// interlock's interrupt must answer is seen without a tick, until everything is de-energised.
+fn is_away(kind: Kind, event: Event, actuation: Actuation) -> bool {
+    let by_itself = matches!(kind, Kind::TaskHang | Kind::PowerDip | Kind::TickOverrun);
+    let interlock = matches!(kind, Kind::EmergencyStop | Kind::SwitchStuckClosed);
+    event != Event::Ticked && !by_itself && !(interlock && actuation != Actuation::SAFE)
 }
 
 /// Those that are in both.

@@ -60,6 +60,14 @@ pub enum Kind {
     PowerDip,
     /// The stored settings are damaged at the start.
     SettingsCorrupt,
+    /// A hole in the manifold, or a dump valve that does not seal: 0.001 to 0.01 NL/(s bar).
+    ManifoldLeak,
+    /// Cold valves: all dead times are twice what was drawn, from power-on.
+    ColdValves,
+    /// A host holds a pressure for longer than a session may last.
+    SessionTime,
+    /// A host asks for more bends than a session may have.
+    SessionCycles,
 }
 
 /// Faults found by what the air does, whatever part is to blame: any of them is as good as another when it comes to venting.
@@ -99,7 +107,7 @@ fn set(faults: &[Fault]) -> FaultSet {
 
 impl Kind {
     /// All, in the matrix's order.
-    pub const ALL: [Self; 26] = [
+    pub const ALL: [Self; 30] = [
         Self::PressureSensorOpen,
         Self::PressureSensorShort,
         Self::PressureSensorFrozen,
@@ -126,7 +134,14 @@ impl Kind {
         Self::TaskHang,
         Self::PowerDip,
         Self::SettingsCorrupt,
+        Self::ManifoldLeak,
+        Self::ColdValves,
+        Self::SessionTime,
+        Self::SessionCycles,
     ];
+
+    /// Those that are drawn when nothing else is asked for: a session's limits take an hour a run.
+    pub const DRAWN: &[Self] = Self::ALL.split_at(28).0;
 
     /// Its name on the command line and in tables.
     #[must_use]
@@ -177,6 +192,16 @@ impl Kind {
             Self::TaskHang => vec![Fault::TaskHang],
             Self::PowerDip => vec![Fault::PowerDip],
             Self::SettingsCorrupt => vec![Fault::SettingsCorrupt],
+            // Hose, fitting or the valve's seat: nothing tells where the manifold's air goes.
+            Self::ManifoldLeak => {
+                vec![Fault::DumpStuckOpen, Fault::LeakBurst, tested(Part::Dump), tested(Part::Tightness)]
+            }
+            Self::ColdValves => {
+                let valves = Segment::ALL.map(|segment| tested(Part::SegmentValve(segment)));
+                valves.into_iter().chain([tested(Part::Dump)]).collect()
+            }
+            Self::SessionTime => vec![Fault::SessionTime],
+            Self::SessionCycles => vec![Fault::SessionCycles],
         })
     }
 
@@ -194,7 +219,9 @@ impl Kind {
             | Self::TickOverrun
             | Self::TaskHang
             | Self::PowerDip
-            | Self::SettingsCorrupt => named,
+            | Self::SettingsCorrupt
+            | Self::SessionTime
+            | Self::SessionCycles => named,
             Self::BendSensorFrozen => named.union(FaultSet::of(Fault::BendDisagrees)),
             _ => named.union(set(&PNEUMATIC)),
         }
@@ -209,7 +236,8 @@ impl Kind {
             Self::ValveStuckClosed => Fault::SegmentValveStuckClosed(Segment::Proximal),
             Self::PumpStuckOn => Fault::PumpStuckOn,
             Self::PumpDead | Self::PumpWeak => Fault::PumpNotDelivering,
-            Self::DumpStuckOpen => Fault::DumpStuckOpen,
+            Self::DumpStuckOpen | Self::ManifoldLeak => Fault::DumpStuckOpen,
+            Self::ColdValves => Fault::SelfTest(Part::Dump),
             Self::DumpStuckClosed => Fault::DumpStuckClosed,
             Self::LeakBurst => Fault::LeakBurst,
             Self::PressureSensorFrozen => Fault::PressureSensorStuck,
@@ -240,13 +268,17 @@ impl Kind {
             Self::DumpStuckOpen | Self::DumpStuckClosed => "dump valve".to_owned(),
             Self::ValveStuckOpen | Self::ValveStuckClosed => format!("{} valve", segment.name()),
             Self::LeakSlow | Self::LeakBurst => format!("{} chamber", segment.name()),
+            Self::ManifoldLeak => "manifold".to_owned(),
             Self::FingerBlocked | Self::FingerPushed => format!("{} segment", segment.name()),
             Self::EmergencyStop
             | Self::LinkLost
             | Self::TickOverrun
             | Self::TaskHang
             | Self::PowerDip
-            | Self::SettingsCorrupt => self.name(),
+            | Self::SettingsCorrupt
+            | Self::ColdValves
+            | Self::SessionTime
+            | Self::SessionCycles => self.name(),
         }
     }
 

@@ -47,6 +47,11 @@ pub enum FaultKind {
         /// Sonic conductance of the hole, NL/(s bar), at least 0; b as the segment valves.
         conductance_nl_per_s_bar: f64,
     },
+    /// A hole in the manifold, or a dump valve that does not seal. Beside the open dump valve it is not counted.
+    ManifoldLeak {
+        /// Sonic conductance of the hole, NL/(s bar), at least 0; b as the dump valve.
+        conductance_nl_per_s_bar: f64,
+    },
     /// Something is in a segment's way: it bends no further than it is when the fault comes. Straightening is free.
     FingerBlocked(Segment),
     /// A moment from outside bends a segment further, or straightens it, within [`PUSH_MS`]; never beyond straight.
@@ -118,6 +123,7 @@ pub(super) struct ActiveFaults {
     pub segments: [Option<Passage>; 3],
     pub dump: Option<Passage>,
     pub leaks_nl_per_s_bar: [f64; 3],
+    pub manifold_leak_nl_per_s_bar: f64,
 }
 
 impl Default for ActiveFaults {
@@ -134,6 +140,7 @@ impl Default for ActiveFaults {
             segments: [None; 3],
             dump: None,
             leaks_nl_per_s_bar: [0.0; 3],
+            manifold_leak_nl_per_s_bar: 0.0,
         }
     }
 }
@@ -159,6 +166,9 @@ impl ActiveFaults {
                 FaultKind::DumpStuck(passage) => active.dump = Some(passage),
                 FaultKind::ChamberLeak { segment, conductance_nl_per_s_bar } => {
                     active.leaks_nl_per_s_bar[segment as usize] = conductance_nl_per_s_bar;
+                }
+                FaultKind::ManifoldLeak { conductance_nl_per_s_bar } => {
+                    active.manifold_leak_nl_per_s_bar = conductance_nl_per_s_bar;
                 }
                 FaultKind::FingerBlocked(segment) => active.blocked[segment as usize] = true,
                 FaultKind::FingerPushed { segment, degrees } => active.push_deg[segment as usize] = degrees,

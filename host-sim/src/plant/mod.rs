@@ -130,6 +130,9 @@ pub struct Plant {
     leaks: [Option<Orifice>; 3],
     /// The conductance each leak was made for, NL/(s bar).
     leaks_nl_per_s_bar: [f64; 3],
+    /// The same for the manifold.
+    manifold_leak: Option<Orifice>,
+    manifold_leak_nl_per_s_bar: f64,
     manifold: GasVolume,
     /// Absolute pressure for each normal litre in it: its volume never changes.
     manifold_kpa_per_nl: f64,
@@ -145,6 +148,12 @@ pub struct Plant {
     bend_sensor: BendSensor,
     /// The readings at `now`.
     inputs: Inputs,
+}
+
+/// A hole of this conductance, NL/(s bar), otherwise as that valve; none when it is zero.
+fn hole(conductance_nl_per_s_bar: f64, valve: &OrificeParameters) -> Option<Orifice> {
+    let of = || Orifice::new(&OrificeParameters { conductance_nl_per_s_bar, ..valve.clone() });
+    (conductance_nl_per_s_bar > 0.0).then(of)
 }
 
 impl Plant {
@@ -201,6 +210,8 @@ impl Plant {
             any_open: true,
             leaks: [None; 3],
             leaks_nl_per_s_bar: [0.0; 3],
+            manifold_leak: None,
+            manifold_leak_nl_per_s_bar: 0.0,
             manifold: GasVolume::at_pressure(parameters.gas.manifold_ml / 1000.0, atmosphere_kpa),
             manifold_kpa_per_nl: REFERENCE_KPA / (parameters.gas.manifold_ml / 1000.0),
             chambers: [GasVolume::at_pressure(rest_l, atmosphere_kpa); 3],
@@ -317,18 +328,18 @@ impl Plant {
         let leaks_changed = faults.leaks_nl_per_s_bar != self.leaks_nl_per_s_bar;
         if leaks_changed {
             self.leaks_nl_per_s_bar = faults.leaks_nl_per_s_bar;
-            self.leaks = faults.leaks_nl_per_s_bar.map(|conductance| {
-                (conductance > 0.0).then(|| {
-                    Orifice::new(&OrificeParameters {
-                        conductance_nl_per_s_bar: conductance,
-                        ..self.parameters.segment_valve.clone()
-                    })
-                })
-            });
+            self.leaks = faults.leaks_nl_per_s_bar.map(|conductance| hole(conductance, &self.parameters.segment_valve));
+        }
+        #[expect(clippy::float_cmp, reason = "changed at all, not by how much")]
+        let manifold_leak_changed = faults.manifold_leak_nl_per_s_bar != self.manifold_leak_nl_per_s_bar;
+        if manifold_leak_changed {
+            self.manifold_leak_nl_per_s_bar = faults.manifold_leak_nl_per_s_bar;
+            self.manifold_leak = hole(faults.manifold_leak_nl_per_s_bar, &self.parameters.dump_valve);
         }
         self.any_open = self.dump.opening().is_some()
             || self.segments.iter().any(|valve| valve.opening().is_some())
-            || self.leaks.iter().any(Option::is_some);
+            || self.leaks.iter().any(Option::is_some)
+            || self.manifold_leak.is_some();
     }
 
     /// The readings at the current time, without advancing; asked twice they are the same.
@@ -411,7 +422,7 @@ impl Plant {
         Network {
             atmosphere_kpa: self.parameters.gas.atmosphere_kpa,
             pump: self.pump.delivery(tick_share),
-            dump: self.dump.opening(),
+            dump: self.dump.opening().or(self.manifold_leak.as_ref()),
             segments: [self.segments[0].opening(), self.segments[1].opening(), self.segments[2].opening()],
             leaks: [self.leaks[0].as_ref(), self.leaks[1].as_ref(), self.leaks[2].as_ref()],
             kpa_per_nl: [self.manifold_kpa_per_nl, REFERENCE_KPA / a, REFERENCE_KPA / b, REFERENCE_KPA / c],

@@ -136,8 +136,8 @@ pub struct PressureSensorParameters {
     pub lag_ms: f64,
     /// Standard deviation of the zero error, which the seed draws once, kPa. Default 0.3: assumed.
     pub zero_error_kpa: f64,
-    /// The switch output closes at this true manifold pressure, kPa. Default 170: assumed setting, above the
-    /// controller's 150.
+    /// The switch output closes at this true manifold pressure, kPa. Default 163: assumed setting, above the
+    /// controller's 150, below the 165 that no chamber may pass (docs/wiring.md).
     pub switch_kpa: f64,
 }
 
@@ -154,7 +154,7 @@ impl Default for PressureSensorParameters {
             frozen_noise_kpa: 0.05,
             lag_ms: 2.5,
             zero_error_kpa: 0.3,
-            switch_kpa: 170.0,
+            switch_kpa: 163.0,
         }
     }
 }

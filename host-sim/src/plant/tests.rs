@@ -201,7 +201,10 @@ fn the_switch_closes_at_its_threshold() {
     let mut plant = plant(Scene::ideal());
     for _ in 0..4000 {
         let inputs = plant.step(&FILL);
-        assert_eq!(inputs.over_pressure_switch, plant.truth().manifold_kpa >= 170.0);
+        assert_eq!(
+            inputs.over_pressure_switch,
+            plant.truth().manifold_kpa >= PlantParameters::default().pressure_sensor.switch_kpa
+        );
     }
     assert!(plant.inputs().over_pressure_switch);
 }
@@ -308,7 +311,7 @@ fn a_stuck_switch_says_the_same_at_every_pressure() {
         for _ in 0..4000 {
             assert_eq!(plant.step(&FILL).over_pressure_switch, closed);
         }
-        assert!(plant.truth().manifold_kpa > 170.0);
+        assert!(plant.truth().manifold_kpa > PlantParameters::default().pressure_sensor.switch_kpa);
     }
 }
 

@@ -11,14 +11,14 @@ use crate::units::Pressure;
 /// the analogue readings may be one disturbed sample.
 pub(super) const ANALOGUE_TICKS: u8 = 5;
 
-/// A switch that is closed while the reading is below this lies, or the reading does. The switch is set to 170 kPa, and the
+/// A switch that is closed while the reading is below this lies, or the reading does. The switch is set to 163 kPa, and the
 /// reading lags a rise of 1.3 kPa/ms (pump on the manifold alone) by 5 kPa.
 const CLOSED_ABOVE: Pressure = Pressure::from_kpa(140);
-/// For so long, ticks: what vents at once takes the manifold through the 30 kPa in between in that time.
+/// For so long, ticks: what vents at once takes the manifold through the 23 kPa in between in that time.
 const CLOSED_TICKS: u8 = 100;
-/// A switch that is open while the reading is above this does not work: set to 170 kPa, with 3 % of repeatability, noise and
-/// zero error.
-const OPEN_BELOW: Pressure = Pressure::from_kpa(176);
+/// A switch that is open while the reading is above this does not work: set to 163 kPa, with 1 kPa of repeatability (0.1 % of its
+/// range), and 6 kPa for its delay, the reading's noise, zero and gain.
+const OPEN_BELOW: Pressure = Pressure::from_kpa(170);
 
 /// See the module's page.
 #[derive(Clone, Debug, Default)]

@@ -31,8 +31,9 @@ use session::Session;
 use signal::Signal;
 
 /// The manifold's limit. The working range ends at 150 kPa; the regulator never asks the manifold for more than
-/// 160 kPa, and the chambers may not pass 165 kPa.
-pub const MANIFOLD_LIMIT: Pressure = Pressure::from_kpa(172);
+/// 160 kPa, and the chambers may not pass 165 kPa. The switch, set to 163 kPa within 1 kPa, acts first; 4 kPa are left for what
+/// the manifold alone rises until the pump has run down, and for the reading's errors.
+pub const MANIFOLD_LIMIT: Pressure = Pressure::from_kpa(168);
 
 /// Silence, in ticks, after which a host that drives the finger is lost.
 pub const SILENCE_TICKS: u16 = 1000;

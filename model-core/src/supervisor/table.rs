@@ -19,7 +19,7 @@ const STUCK_CLOSED: &str = "opening it leaves the manifold's pressure as it was 
 
 /// The rows, by rising code.
 pub const TABLE: [Row; 40] = [
-    row(Fault::OverPressure, "manifold above 172 kPa for 5 ms", 10, Vent, High, Command, READING_IS_BACK),
+    row(Fault::OverPressure, "manifold above 168 kPa for 5 ms", 10, Vent, High, Command, READING_IS_BACK),
     row(Fault::OverPressureSwitch, "pressure switch closed", 1, Vent, High, Command, "switch open"),
     row(
         Fault::PressureSensorBelowRange,
@@ -69,7 +69,7 @@ pub const TABLE: [Row; 40] = [
     ),
     row(
         Fault::SwitchDisagrees,
-        "switch closed for 100 ms with the reading below 140 kPa, or open for 5 ms with it above 176 kPa",
+        "switch closed for 100 ms with the reading below 140 kPa, or open for 5 ms with it above 170 kPa",
         110,
         Vent,
         High,
@@ -145,7 +145,7 @@ pub const TABLE: [Row; 40] = [
     row(
         Fault::PumpStuckOn,
         "pump off for 120 ms: the manifold rises 10 kPa above all that was there, or 8 kPa when shut off",
-        2000,
+        3000,
         Vent,
         High,
         CommandThenSelfTest,

@@ -10,7 +10,7 @@ use crate::peripheral::flash::SECTOR;
 use crate::time::MILLISECOND;
 use anyhow::{Context, Result, anyhow, bail};
 use finger_drivers::settings::Settings;
-use host_sim::campaign::draw::{Case, Drawn, Filter, Program, STANDBY_MS, What};
+use host_sim::campaign::draw::{Case, Drawn, Filter, Program, STANDBY_MS, What, Wish};
 use host_sim::campaign::judge::{Event, Judge, Outcome};
 use host_sim::campaign::shard::{Campaign, Part, SCHEMA};
 use host_sim::campaign::tally::Tally;
@@ -99,8 +99,11 @@ impl Operator {
                     return Ok(());
                 }
                 let next = if self.started_ms.is_none() { 0 } else { self.sent };
-                if let Some(&(setpoints, hold_ms)) = setpoints.get(next) {
-                    bench.request(LinkCommand::Setpoints(setpoints.map(Pressure::to_bits)));
+                if let Some(&(wish, hold_ms)) = setpoints.get(next) {
+                    bench.request(match wish {
+                        Wish::Pressures(pressures) => LinkCommand::Setpoints(pressures.map(Pressure::to_bits)),
+                        Wish::Bends(bends) => LinkCommand::Bends(bends.map(Bend::to_bits)),
+                    });
                     self.asked_ms = Some(now_ms);
                     (self.sent, self.next_ms) = (next + 1, now_ms + hold_ms);
                 } else {
