@@ -32,7 +32,7 @@ mod reference;
 use reference::Setpoint;
 
 /// The highest pressure that the regulator asks of the manifold.
-pub const MANIFOLD_CEILING: Pressure = Pressure::from_kpa(160);
+pub const MANIFOLD_CEILING: Pressure = Pressure::from_kpa(157);
 
 /// Chambers that act together.
 type Group = PerSegment<bool>;
