@@ -195,7 +195,7 @@ fn refused() -> Vec<(&'static str, Vec<u8>)> {
     };
     let pause = frame(&Request { id: 0x1234, command: LinkCommand::Pause });
     let mut flipped = pause.clone();
-    flipped[4] ^= 1;
+    flipped[3] ^= 1;
     let cut = [&pause[..5], &[0]].concat();
     let doubled = [&pause[..pause.len() - 1], &pause[..]].concat();
     vec![

@@ -159,9 +159,7 @@ impl Sequence {
         match Self::check(name, description, steps, repeats) {
             Ok(sequence) => sequence,
             Err(SequenceError::Name) => {
-                panic!(
-                    "sequence: the name must be at most 24 lower-case letters and digits with single hyphens between"
-                )
+                panic!("sequence: the name must be 1 to 24 lower-case letters and digits, single hyphens between")
             }
             Err(SequenceError::Length) => panic!("sequence: a table has 1 to 64 steps: add a step or split the table"),
             Err(SequenceError::Repeats) => panic!("sequence: repeats must be at least 1"),
