@@ -287,7 +287,7 @@ fn points_panel(area: &Area<'_>, fit: &Fit, caption: &str) -> Result<()> {
         .label("this reading")
         .legend(|(x, y)| Circle::new((x + 9, y), 5, INK.stroke_width(1)));
     // Beside the finger, where no reading runs.
-    let beside = [(4.0, -2.0), (-9.0, -3.0), (-2.0, -11.0)];
+    let beside = [(9.0, -2.0), (-9.0, -3.0), (-7.0, -6.0)];
     for ((letter, (x, y)), (right, down)) in
         ["A", "B", "C"].into_iter().zip(pairs(&paper::POINTS_MEASURED_MM)).zip(beside)
     {

@@ -134,7 +134,9 @@ pub fn readings() -> Vec<Reading> {
     let table_1 = scaled(arcs(), paper::CHAMBER_LENGTH_MM);
     let with_height = |height: f64| {
         let mut known = table_1;
-        known.iter_mut().for_each(|place| *place = sum(*place, [0.0, height]));
+        for place in &mut known {
+            *place = sum(*place, [0.0, height]);
+        }
         known
     };
     let three = |links: [Places; 3], from: bool| {

@@ -115,7 +115,7 @@ fn quotient(numerator: i64, denominator: i64, shift: i32) -> i64 {
     let numerator = if own < 0 { numerator >> own.unsigned_abs().min(63) } else { numerator << own };
     let denominator = denominator >> (shift - own).unsigned_abs().min(63);
     let cut = if numerator < 0 { -MOST } else { MOST };
-    numerator.checked_div(denominator).map_or(cut, |value| value.max(-MOST).min(MOST))
+    numerator.checked_div(denominator).map_or(cut, |value| value.clamp(-MOST, MOST))
 }
 
 /// Halved until no joint changes by more than half a radian, beyond which the straight line says little; with the largest
