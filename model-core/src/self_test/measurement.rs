@@ -297,11 +297,11 @@ impl Measurement {
     }
 
     /// What has been measured. One valve's slope is off by 5 % for the sensor's noise alone, about as much as valves of one make
-    /// differ: three quarters of each are the mean of all.
+    /// differ: half of each is the mean of all.
     pub(super) fn measured(&self) -> Pneumatics {
         let sum = self.measured.valve_rates.into_iter().fold(I16F16::ZERO, I16F16::saturating_add);
         let mean = sum.saturating_mul(const { I16F16::lit("0.33333") });
-        let valve_rates = self.measured.valve_rates.map(|own| own.saturating_add(mean.saturating_sub(own) / 4 * 3));
+        let valve_rates = self.measured.valve_rates.map(|own| own.saturating_add(mean.saturating_sub(own) / 2));
         Pneumatics { valve_rates, ..self.measured }
     }
 }

@@ -93,7 +93,7 @@ const CLOSING_TICKS: u16 = 20;
 /// The pump is stopped here; what it delivers while it runs down takes the manifold to about 30 kPa.
 const CHARGED: Pressure = Pressure::from_kpa(12);
 /// ... and at least so much above what the opening before has left.
-const CHARGED_BY: Pressure = Pressure::from_kpa(5);
+const CHARGED_BY: Pressure = Pressure::from_kpa(6);
 /// A nominal pump needs 45 ms, one with half its flow and twice its dead time 80 ms. A sensor that does not move lets a
 /// nominal pump reach 80 kPa in the manifold, and no chamber.
 const CHARGE_LIMIT: u16 = 110;
