@@ -30,7 +30,7 @@ fn all(steps: &[Step], done: &str) -> Result<()> {
 
 /// Renews every figure and picture that the documents show, but the exhaustive run's.
 pub fn docs() -> Result<()> {
-    let steps: [Step; 8] = [
+    let steps: [Step; 9] = [
         ("ways to compute the model", || pareto::pareto(false, true)),
         ("the plant's integrators", || plant::plant(true)),
         ("regulators", compare::compare),
