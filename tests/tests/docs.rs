@@ -94,8 +94,8 @@ fn tidy(path: &Path) -> PathBuf {
 
 /// Each line of code with the document that it is in.
 fn code(documents: &BTreeMap<PathBuf, Document>) -> impl Iterator<Item = (&Path, &str)> {
-    let lines = |(path, document): (_, &'_ Document)| document.code.iter().map(move |line| (path, line.as_str()));
-    documents.iter().flat_map(move |(path, document)| lines((path.as_path(), document)).collect::<Vec<_>>())
+    let lines = documents.iter().flat_map(|(path, document)| document.code.iter().map(move |line| (path, line)));
+    lines.map(|(path, line)| (path.as_path(), line.as_str()))
 }
 
 /// The commands of a line: without comments, one for each part of a pipe.
