@@ -94,9 +94,8 @@ fn tidy(path: &Path) -> PathBuf {
 
 /// Each line of code with the document that it is in.
 fn code(documents: &BTreeMap<PathBuf, Document>) -> impl Iterator<Item = (&Path, &str)> {
-    documents
-        .iter()
-        .flat_map(|(path, document)| document.code.iter().map(move |line| (path.as_path(), line.as_str())))
+    let lines = documents.iter().flat_map(|(path, document)| document.code.iter().map(move |line| (path, line)));
+    lines.map(|(path, line)| (path.as_path(), line.as_str()))
 }
 
 /// The commands of a line: without comments, one for each part of a pipe.

@@ -1,7 +1,7 @@
 //! Chores of several steps, each announced and timed.
 
 use crate::{
-    board_figures, campaign, command, compare, dist, excerpts, firmware, markers, no_panic, paper, pareto, plant, root, run,
+    board_figures, campaign, command, compare, excerpts, firmware, markers, no_panic, paper, pareto, plant, root, run,
     toolchain,
 };
 use anyhow::{Context, Result, ensure};
@@ -46,7 +46,7 @@ pub fn docs() -> Result<()> {
 
 /// Everything that must hold before a change is accepted.
 pub fn test() -> Result<()> {
-    let steps: [Step; 14] = [
+    let steps: [Step; 13] = [
         ("toolchains", || {
             toolchain::set_up_emulator()?;
             toolchain::set_up().map(|route| println!("{route}"))
@@ -59,7 +59,6 @@ pub fn test() -> Result<()> {
             run(command("cargo").args(["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))
         }),
         ("firmware and its size", || firmware::build_and_report(false)),
-        ("release, the same twice", dist::check),
         ("no panic path", no_panic::check),
         ("figures against the baseline", || {
             pareto::gate()?;
