@@ -23,7 +23,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// Size of the snapshot, columns and rows.
-const SNAPSHOT: (u16, u16) = (100, 30);
+const SNAPSHOT: (u16, u16) = (100, 26);
 
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("from").required(true).args(["port", "elf", "replay"]))]

@@ -16,7 +16,7 @@ pub fn svg(buffer: &Buffer) -> String {
     let (width, height) = (u32::from(area.width) * CELL.0, u32::from(area.height) * CELL.1);
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" \
-         font-family=\"DejaVu Sans Mono, Menlo, Consolas, monospace\" font-size=\"14\">\
+         font-family=\"DejaVu Sans Mono, Menlo, Consolas, monospace\" font-size=\"15\">\
          <rect width=\"100%\" height=\"100%\" fill=\"{PAPER}\"/>\n"
     );
     for y in 0..area.height {
@@ -55,23 +55,31 @@ fn row(out: &mut String, buffer: &Buffer, y: u16) {
         if !path.is_empty() {
             let _ = write!(out, "<path d=\"{path}\" fill=\"{ink}\"/>");
         }
-        let kept = text.trim_end();
-        let start = kept.len() - kept.trim_start().len();
-        if start < kept.len() {
-            // Everything before the first letter is a space, one byte each.
-            let weight = if bold { " font-weight=\"bold\"" } else { "" };
-            let letters = kept[start..].chars().count() as u32 * CELL.0;
-            let _ = write!(
-                out,
-                "<text x=\"{}\" y=\"{}\" fill=\"{ink}\"{weight} textLength=\"{letters}\" xml:space=\"preserve\">{}</text>",
-                left + start as u32 * CELL.0,
-                top + 14,
-                escaped(&kept[start..])
-            );
-        }
+        words(out, &text, (left, top), ink, bold);
         x += run.len() as u32;
     }
     out.push('\n');
+}
+
+/// Words with wide gaps between them are texts of their own: each stands in its cell, whatever the letters' width.
+fn words(out: &mut String, text: &str, (left, top): (u32, u32), ink: &str, bold: bool) {
+    let weight = if bold { " font-weight=\"bold\"" } else { "" };
+    let mut cell = 0;
+    for part in text.split("  ") {
+        let word = part.trim();
+        if !word.is_empty() {
+            let before = (part.len() - part.trim_start().len()) as u32;
+            let _ = write!(
+                out,
+                "<text x=\"{}\" y=\"{}\" fill=\"{ink}\"{weight} textLength=\"{}\" xml:space=\"preserve\">{}</text>",
+                left + (cell + before) * CELL.0,
+                top + 14,
+                word.chars().count() as u32 * CELL.0,
+                escaped(word)
+            );
+        }
+        cell += part.chars().count() as u32 + 2;
+    }
 }
 
 fn escaped(text: &str) -> String {
@@ -152,7 +160,7 @@ mod tests {
     fn letters_are_text_at_their_place_and_dots_and_frames_are_drawn() {
         let mut buffer = Buffer::empty(Rect::new(0, 0, 12, 2));
         buffer.set_string(2, 1, "a<b", Style::new().fg(Color::LightRed));
-        buffer.set_string(0, 0, "⡀─", Style::new());
+        buffer.set_string(0, 0, "⡀─ c   d", Style::new());
         let svg = svg(&buffer);
         assert!(svg.contains("viewBox=\"0 0 108 36\""), "{svg}");
         assert!(
@@ -161,6 +169,7 @@ mod tests {
             ),
             "{svg}"
         );
+        assert!(svg.contains("<text x=\"27\" y=\"14\"") && svg.contains("<text x=\"63\" y=\"14\""), "{svg}");
         // Bit 6 is the lowest dot on the left; the line goes through the second cell's whole width.
         assert!(svg.contains("M1.0 14.5h2.6"), "{svg}");
         assert!(svg.contains("M9.0 8.5h5v1") && svg.contains("M13.0 8.5h5v1"), "{svg}");

@@ -155,6 +155,7 @@ impl State {
     }
 
     /// What happened, the newest last, with its time, ms.
+    #[must_use]
     pub fn events(&self) -> impl DoubleEndedIterator<Item = &(u32, String)> {
         self.events.iter()
     }

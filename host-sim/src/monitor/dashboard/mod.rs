@@ -107,7 +107,7 @@ fn footer_line(keys: &Keys) -> Line<'static> {
         let key = Span::styled(format!(" {key} "), Style::new().add_modifier(Modifier::REVERSED));
         [key, Span::raw(format!("{what} "))]
     });
-    Line::from_iter(spans)
+    spans.collect()
 }
 
 #[cfg(test)]

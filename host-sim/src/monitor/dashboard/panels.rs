@@ -67,6 +67,7 @@ pub fn link(frame: &mut Frame, area: Rect, state: &State, status: &Status) {
     let known = |count: Option<u32>| count.map_or_else(|| "-".into(), |count| count.to_string());
     let lost = status.connection.as_ref().map_or(rows.frames_lost, |_| Some(quality.lost));
     let bad = status.connection.as_ref().map_or(rows.frames_bad, |_| Some(quality.bad()));
+    let bad_crc = status.connection.as_ref().map(|_| quality.bad_crc);
     let count = |name: &'static str, count: Option<u32>| {
         let style = if count.unwrap_or(0) > 0 { WARNING } else { Style::new() };
         [Span::styled(name, FAINT), Span::styled(known(count), style)]
@@ -74,22 +75,18 @@ pub fn link(frame: &mut Frame, area: Rect, state: &State, status: &Status) {
     let frames = status.connection.as_ref().map_or_else(|| "-".into(), |_| quality.frames.to_string());
     let (gaps, restarts) = state.gaps_and_restarts();
     let mut lines = vec![
-        Line::from_iter([
+        Line::from(vec![
             Span::styled("frames ", FAINT),
             Span::raw(frames),
             Span::styled("  age ", FAINT),
             Span::raw(age),
         ]),
-        Line::from_iter(
-            count("lost ", lost)
-                .into_iter()
-                .chain(count("  bad ", bad))
-                .chain(count(" of which CRC ", status.connection.as_ref().map(|_| quality.bad_crc))),
-        ),
-        Line::from_iter(count("gaps ", Some(gaps)).into_iter().chain(count("  restarts ", Some(restarts)))),
-        Line::from_iter(
-            count("late ticks ", rows.late_ticks).into_iter().chain(count("  it dropped ", rows.device_dropped_frames)),
-        ),
+        count("lost ", lost).into_iter().chain(count("  bad ", bad)).chain(count(" of which CRC ", bad_crc)).collect(),
+        count("gaps ", Some(gaps)).into_iter().chain(count("  restarts ", Some(restarts))).collect(),
+        count("late ticks ", rows.late_ticks)
+            .into_iter()
+            .chain(count("  it dropped ", rows.device_dropped_frames))
+            .collect(),
     ];
     if let Some(version) = quality.other_version {
         let own = model_core::protocol::VERSION;

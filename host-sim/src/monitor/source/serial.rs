@@ -13,7 +13,7 @@ const BAUD: u32 = 230_400;
 const RETRY: Duration = Duration::from_millis(200);
 /// Longest wait for a byte: a key is looked at after it.
 const READ: Duration = Duration::from_millis(10);
-/// STMicroelectronics' number among USB vendors: the board's ST-LINK.
+/// ST's number among USB vendors: the board's ST-LINK.
 const ST: u16 = 0x0483;
 
 /// Which port.
