@@ -67,6 +67,21 @@ fn pareto_prints_json_and_leaves_its_files() {
 }
 
 #[test]
+fn paper_prints_json_and_leaves_its_files() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().to_str().expect("UTF-8");
+    let output = host_sim(&["paper", "--json", "--out", out], "");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON and nothing else");
+    assert_eq!(json["passed"], true);
+    assert_eq!(json["bend"][1]["points"][4]["measured_deg"], 112.6);
+    assert_eq!(json["combinations"][0]["paper"], "not given");
+    for name in ["paper.md", "kinematics.md", "paper-bend.svg", "paper-force.svg", "paper-points.svg"] {
+        assert!(folder.path().join(name).exists(), "{name}");
+    }
+}
+
+#[test]
 fn a_bad_line_is_named_after_the_earlier_ones_are_answered() {
     let output = host_sim(&["eval", "angle-from-pressure"], "30\n60\nsixty\n90\n");
     assert_eq!(output.status.code(), Some(2));
@@ -96,6 +111,7 @@ fn bad_arguments_name_the_value_and_the_limit() {
         (vec!["campaign", "--fault", "gremlins"], vec!["gremlins", "pump-stuck-on"]),
         (vec!["campaign", "--sequence", "polka"], vec!["polka", "by-hand"]),
         (vec!["campaign", "--out", "Cargo.toml/below"], vec!["Cargo.toml/below", "--out"]),
+        (vec!["paper", "--out", "Cargo.toml/below"], vec!["Cargo.toml/below", "--out"]),
         (vec!["campaign", "merge"], vec!["FILES"]),
         (vec!["campaign", "merge", "no-such-file"], vec!["no-such-file"]),
         (vec!["campaign", "merge", "Cargo.toml", "--out", "../target/cli-test"], vec!["Cargo.toml", "no part"]),

@@ -1,5 +1,4 @@
-//! The chain in f64 by another route, for the tests: each arc as a hundred thousandth would be wrong by less than an
-//! LSB, so it is integrated in closed form from its radius instead of its chord.
+//! The chain in f64 by another route, for the tests: each arc by its radius and the directions at its ends, not by its chord.
 
 use super::Chain;
 use crate::units::Length;
