@@ -190,6 +190,7 @@ impl SelfTest {
     }
 
     /// One tick. A sensor that is electrically out of its range for a tick is left to the supervisor.
+    #[inline(never)] // Twice in the controller: power-on and diagnosis.
     pub fn step(&mut self, inputs: &Inputs) -> Verdict {
         let Reading::Valid(pressure) = inputs.manifold else { return Verdict::Testing(Actuation::SAFE) };
         self.ticks = self.ticks.saturating_add(1);
