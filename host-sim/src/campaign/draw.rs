@@ -405,7 +405,9 @@ mod tests {
         let filter = Filter { fault: Some(Kind::PumpDead), program: Some(Choice::ByHand) };
         for index in 0..200 {
             let (free, filtered) = (Case::draw(3, index, &Filter::default()), Case::draw(3, index, &filter));
-            assert_eq!(free.plant, filtered.plant);
+            // Cold valves are a fault of the machine itself.
+            let cold = |case: &Case| case.faults.iter().any(|fault| fault.kind == Kind::ColdValves);
+            assert!(cold(&free) || cold(&filtered) || free.plant == filtered.plant, "{index}");
             assert_eq!(free.noise_seed, filtered.noise_seed);
             assert_eq!(filtered.program.name(), BY_HAND);
             assert_eq!(filtered.faults[0].kind, Kind::PumpDead);
