@@ -11,6 +11,7 @@ use crate::identify;
 use crate::methods::{self, Entry};
 use crate::metrics::{Summary, summarise};
 use crate::pareto;
+use crate::report::command::{self as report_command, ReportArguments};
 use crate::report::{self, Folder};
 use crate::simulate::{Program, Run};
 use crate::trace::Trace;
@@ -77,6 +78,8 @@ enum Command {
     Identify(IdentifyArguments),
     /// Runs random plants, programs and faults by the thousand, and judges what the supervisor makes of them.
     Campaign(CampaignArguments),
+    /// Opens a recording, or the table of a run, as the same report that a run has.
+    Report(ReportArguments),
 }
 
 #[derive(Debug, Args)]
@@ -251,6 +254,7 @@ fn execute(arguments: Arguments, on_elf: Option<OnElf>) -> u8 {
         }
         Some(Command::Pareto { plant: true, json, out }) => pareto_plant(json, &out),
         Some(Command::Pareto { plant: false, json, out }) => pareto_inverse(json, &out),
+        Some(Command::Report(arguments)) => report_command::execute(&arguments),
         Some(Command::Campaign(arguments)) => campaign::execute(&arguments),
         Some(Command::Compare(arguments)) => compare_regulators(&arguments),
         Some(Command::Identify(arguments)) => identify_finger(&arguments),
@@ -347,7 +351,7 @@ fn run(arguments: &RunArguments, on_elf: Option<OnElf>) -> Result<(), Failure> {
 }
 
 /// The summary for people.
-fn text(name: &str, description: &str, summary: &Summary) -> String {
+pub(crate) fn text(name: &str, description: &str, summary: &Summary) -> String {
     let optional = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"));
     let mut out = format!(
         "{name}: {description}\n\n{:<10}{:>11}{:>11}{:>11}{:>10}{:>11}{:>10}{:>9}{:>9}\n",
