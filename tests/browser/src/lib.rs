@@ -3,7 +3,7 @@
 //! Chromium is looked for on the path; the variable `CHROME` names another. `cargo xtask test` installs it where it can.
 //!
 //! ```no_run
-//! let page = browser::Page::open("target/finger/report.html".as_ref(), &browser::Setting::default())?;
+//! let page = browser::Page::open("target/finger/report.html".as_ref(), browser::Setting::default())?;
 //! page.drag((300.0, 300.0), (500.0, 300.0))?;
 //! let from_s: f64 = page.evaluate("report.charts[0].scales.x.min")?;
 //! assert!(page.complaints().is_empty());
@@ -63,7 +63,7 @@ impl Page {
     ///
     /// # Errors
     /// When there is no browser, or it does not open the file.
-    pub fn open(file: &Path, setting: &Setting) -> Result<Self> {
+    pub fn open(file: &Path, setting: Setting) -> Result<Self> {
         let file = file.canonicalize().with_context(|| format!("no page {}", file.display()))?;
         let program =
             default_executable().map_err(|why| anyhow!("no Chromium ({why}): install it, or name it in CHROME"))?;

@@ -7,7 +7,7 @@ use host_sim::simulate::{Program, Run};
 use host_sim::trace::Trace;
 use model_core::units::Pressure;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use tempfile::TempDir;
 
@@ -26,8 +26,8 @@ fn report_of_run() -> (TempDir, PathBuf) {
     (place, files[0].clone())
 }
 
-fn opened(file: &PathBuf, setting: Setting) -> Page {
-    let page = Page::open(file, &setting).expect("opens");
+fn opened(file: &Path, setting: Setting) -> Page {
+    let page = Page::open(file, setting).expect("opens");
     page.settle().expect("draws");
     page
 }
@@ -206,6 +206,6 @@ fn without_scripts_there_are_pictures() {
     assert!(page.evaluate::<bool>("document.getElementById('scripted').hidden").expect("an answer"));
 }
 
-fn opened_without_scripts(file: &PathBuf) -> Page {
-    Page::open(file, &Setting { scripts: false, ..Setting::default() }).expect("opens")
+fn opened_without_scripts(file: &Path) -> Page {
+    Page::open(file, Setting { scripts: false, ..Setting::default() }).expect("opens")
 }
