@@ -3,6 +3,7 @@
 //! It ends with 0 when all went well, 1 when something failed on the way or a fault ended the run, 2 when the input was
 //! wrong, a folder that cannot be written to among it.
 
+use crate::calibrate::command::{self as calibrate, CalibrateArguments};
 use crate::calibrate::file::admitted;
 use crate::campaign::command::{self as campaign, CampaignArguments};
 use crate::compare;
@@ -80,6 +81,9 @@ enum Command {
     Campaign(CampaignArguments),
     /// Opens a recording, or the table of a run, as the same report that a run has.
     Report(ReportArguments),
+    /// Fits the model's coefficients to measurements of pressure and bend: confidence intervals, warnings, pictures, and the
+    /// file that loads them into the device.
+    Calibrate(CalibrateArguments),
 }
 
 #[derive(Debug, Args)]
@@ -255,6 +259,7 @@ fn execute(arguments: Arguments, on_elf: Option<OnElf>) -> u8 {
         Some(Command::Pareto { plant: true, json, out }) => pareto_plant(json, &out),
         Some(Command::Pareto { plant: false, json, out }) => pareto_inverse(json, &out),
         Some(Command::Report(arguments)) => report_command::execute(&arguments),
+        Some(Command::Calibrate(arguments)) => calibrate::execute(&arguments),
         Some(Command::Campaign(arguments)) => campaign::execute(&arguments),
         Some(Command::Compare(arguments)) => compare_regulators(&arguments),
         Some(Command::Identify(arguments)) => identify_finger(&arguments),

@@ -3,6 +3,11 @@
 use std::io::Write;
 use std::process::{Command, Output, Stdio};
 
+/// The paper's Table 2, one chamber with exoskeleton.
+const TABLE_2: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/data/bend-table-2.csv");
+/// Ten repeats drawn from known coefficients, with one misread bend.
+const TEN_REPEATS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/data/bend-ten-repeats.csv");
+
 fn host_sim(arguments: &[&str], stdin: &str) -> Output {
     let mut child = Command::new(env!("CARGO_BIN_EXE_host-sim"))
         .args(arguments)
@@ -94,6 +99,10 @@ fn bad_arguments_name_the_value_and_the_limit() {
         (vec!["campaign", "merge"], vec!["FILES"]),
         (vec!["campaign", "merge", "no-such-file"], vec!["no-such-file"]),
         (vec!["campaign", "merge", "Cargo.toml", "--out", "../target/cli-test"], vec!["Cargo.toml", "no part"]),
+        (vec!["calibrate"], vec!["FILE.csv"]),
+        (vec!["calibrate", "no-such.csv"], vec!["no-such.csv"]),
+        (vec!["calibrate", "Cargo.toml", "--out", "../target/cli-test"], vec!["Cargo.toml", "no column pressure_kpa"]),
+        (vec!["calibrate", TABLE_2, "--out", "Cargo.toml/below"], vec!["Cargo.toml/below", "--out"]),
         (vec!["run", "--tempo", "3"], vec!["--tempo"]),
         (vec!["run", "--out", "Cargo.toml/below"], vec!["Cargo.toml/below", "--out"]),
     ] {
@@ -234,4 +243,77 @@ fn report_opens_a_runs_table_cut_in_a_line_and_says_so() {
         assert_eq!(output.status.code(), Some(2), "{error}");
         assert!(error.contains(named) && error.lines().count() == 1, "{error}");
     }
+}
+
+#[test]
+fn calibrate_finds_the_drawn_coefficients_and_names_the_misread_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().to_str().expect("UTF-8");
+    let output = host_sim(&["calibrate", TEN_REPEATS, "--json", "--out", out], "");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON and nothing else");
+    let table = std::fs::read_to_string(TEN_REPEATS).expect("there");
+    let told =
+        table.lines().nth(1).and_then(|line| line.split("line ").nth(1)).expect("the file names its misread line");
+    let told = told.split(' ').next().expect("a number");
+    let outliers: Vec<_> =
+        json["warnings"].as_array().expect("warnings").iter().filter(|w| w["kind"] == "outlier").collect();
+    assert_eq!(outliers.len(), 1, "{json:#}");
+    assert!(
+        outliers[0]["message"].as_str().is_some_and(|m| m.starts_with(&format!("line {told}:"))),
+        "{:#}",
+        outliers[0]
+    );
+    // As the file's own head says they were drawn.
+    for (index, truth) in [12.0, 11.0, 0.5].into_iter().enumerate() {
+        let interval = &json["segments"][0]["ci95_kpa"][index];
+        let [low, high] = [0, 1].map(|end| interval[end].as_f64().expect("a number"));
+        assert!(low <= truth && truth <= high, "{truth} is not in {low}..{high}");
+    }
+    for file in json["files"].as_array().expect("a list") {
+        assert!(std::path::Path::new(file.as_str().expect("a path")).exists(), "{file}");
+    }
+}
+
+#[test]
+fn the_lines_that_calibrate_prints_work() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().to_str().expect("UTF-8");
+    let output = host_sim(&["calibrate", TABLE_2, "--out", out], "");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let said = text(&output.stdout);
+    let line = said.lines().find(|line| line.contains("host-sim eval")).expect("how to look at it");
+    let arguments: Vec<&str> = line.split_whitespace().skip(1).collect();
+    let bends = text(&host_sim(&arguments, "30\n60\n90\n120\n150\n").stdout);
+    for (bend, measured) in bends.lines().zip([46.3, 71.0, 89.6, 103.7, 112.6]) {
+        let bend: f64 = bend.parse().expect("a number");
+        assert!((bend - measured).abs() < 0.01 * measured, "{bend}, not {measured}");
+    }
+    let file = folder.path().join("calibration.toml");
+    let load = format!("host-sim monitor --calibration {}", file.display());
+    assert!(said.contains(&load) && said.contains("warning: segment all: fewer than 3"), "{said}");
+    let segments = host_sim::calibrate::file::read(&file).and_then(|calibration| calibration.segments()).expect("read");
+    let default = model_core::calibration::DEFAULT.to_f64_kpa();
+    for segment in segments {
+        let found = segment.expect("all segments").to_f64_kpa();
+        assert!(found.iter().zip(default).all(|(a, b)| (a - b).abs() < 1e-4), "{found:?}");
+    }
+}
+
+#[test]
+fn what_the_device_would_not_take_leaves_no_file_to_load() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().to_str().expect("UTF-8");
+    let stale = folder.path().join("calibration.toml");
+    std::fs::write(&stale, "of an earlier fit").expect("written");
+    // A finger three times as soft: c1 near 4 kPa.
+    let soft = folder.path().join("soft.csv");
+    let table = "pressure_kpa,bend_deg\n10,46.3\n20,71.0\n30,89.6\n40,103.7\n50,112.6\n";
+    std::fs::write(&soft, table).expect("written");
+    let output = host_sim(&["calibrate", soft.to_str().expect("UTF-8"), "--out", out], "");
+    let error = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{error}");
+    assert!(error.contains("C1 = 4.6") && error.contains("5..=40"), "{error}");
+    assert!(!stale.exists() && folder.path().join("fit.svg").exists());
+    assert!(!text(&output.stdout).contains("load it"));
 }

@@ -121,16 +121,24 @@ pub fn faults() -> Result<()> {
     markers::replace("docs/faults.md", "faults", &String::from_utf8(output.stdout)?)
 }
 
-/// Copies a run's pictures to docs/images.
+/// Copies pictures of a run and of a calibration to docs/images.
 pub fn pictures() -> Result<()> {
+    let same = |name: &'static str| (name, name);
+    pictures_of(&["run", "--seed", "1"], &["finger.svg", "pressures.svg", "actuation.svg"].map(same))?;
+    let calibration = [("fit.svg", "calibration-fit.svg"), ("residuals.svg", "calibration-residuals.svg")];
+    pictures_of(&["calibrate", "tests/data/bend-ten-repeats.csv"], &calibration)
+}
+
+/// Starts host-sim and copies what it drew: the picture's name there, and here.
+fn pictures_of(arguments: &[&str], names: &[(&str, &str)]) -> Result<()> {
     let folder = root().join("target/pictures");
     let mut cargo = command("cargo");
-    run(cargo.args(["run", "--release", "--quiet", "--", "run", "--seed", "1", "--out"]).arg(&folder))?;
+    run(cargo.args(["run", "--release", "--quiet", "--"]).args(arguments).arg("--out").arg(&folder))?;
     let images = root().join("docs/images");
     fs::create_dir_all(&images)?;
-    for name in ["finger.svg", "pressures.svg", "actuation.svg"] {
-        fs::copy(folder.join(name), images.join(name)).with_context(|| format!("the run left no {name}"))?;
-        println!("docs/images/{name}");
+    for (from, to) in names {
+        fs::copy(folder.join(from), images.join(to)).with_context(|| format!("host-sim left no {from}"))?;
+        println!("docs/images/{to}");
     }
     Ok(())
 }

@@ -120,6 +120,7 @@ pub fn read(path: &Path) -> Result<Measurements> {
 /// # Errors
 /// Names line, value, limit and what to do.
 pub fn parse(bytes: &[u8]) -> Result<Measurements> {
+    let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
     let first = bytes.split(|&byte| byte == b'\n').next().unwrap_or_default();
     let is_recording = first.split(|&byte| byte == b',').any(|name| name.trim_ascii() == b"schema");
     let measurements =
@@ -177,24 +178,30 @@ fn table(bytes: &[u8]) -> Result<Measurements> {
     let columns = Columns::of(&header)?;
     let mut found = Measurements::default();
     for unknown in header.iter().filter(|name| !Columns::NAMES.contains(name)) {
-        found.left_out.push(format!(
-            "column {unknown:?} is not used: the columns are {}",
-            Columns::NAMES.join(", ")
-        ));
+        found.left_out.push(format!("column {unknown:?} is not used: the columns are {}", Columns::NAMES.join(", ")));
     }
     let mut row = StringRecord::new();
     loop {
-        let line_before = reader.position().line();
-        if !reader.read_record(&mut row).with_context(|| format!("after line {line_before}"))? {
+        let line = line_of(bytes, reader.position().byte() as usize);
+        if !reader.read_record(&mut row).with_context(|| format!("line {line}"))? {
             break;
         }
-        let line = row.position().map_or(line_before, csv::Position::line);
-        let fields = (row.len(), header.len());
-        ensure!(fields.0 == fields.1, "line {line}: {} fields, where the first line names {}", fields.0, fields.1);
+        let (fields, named) = (row.len(), header.len());
+        ensure!(fields == named, "line {line}: {fields} fields, where the first line names {named}");
         found.all.push(measurement(&columns, &row, line).with_context(|| format!("line {line}"))?);
     }
     ensure!(!found.all.is_empty(), "there is not one measurement below the first line");
     Ok(found)
+}
+
+/// The line of the row that is read next, from 1. The reader's own position stands before the blank lines and comments that it
+/// skips, and a message must name the line that the lab has to look at.
+fn line_of(bytes: &[u8], from: usize) -> u64 {
+    let (before, after) = bytes.split_at(from.min(bytes.len()));
+    // A reader that stopped between the two bytes of a line's end is still on that line.
+    let rows = after.split_inclusive(|&byte| byte == b'\n');
+    let skipped = rows.take_while(|row| row.starts_with(b"#") || matches!(*row, b"\n" | b"\r\n")).count();
+    (before.iter().filter(|&&byte| byte == b'\n').count() + skipped + 1) as u64
 }
 
 fn measurement(columns: &Columns, row: &StringRecord, line: u64) -> Result<Measurement> {
@@ -208,16 +215,22 @@ fn measurement(columns: &Columns, row: &StringRecord, line: u64) -> Result<Measu
     let segment = columns.segment.map_or("", field);
     let scope = match segment {
         "" | "all" | "finger" => Scope::All,
-        name => Segment::ALL.into_iter().find(|segment| segment.name() == name).map(Scope::of).ok_or_else(|| {
-            anyhow!("segment is {name:?}: it must be proximal, middle, distal, finger or all")
-        })?,
+        name => Segment::ALL
+            .into_iter()
+            .find(|segment| segment.name() == name)
+            .map(Scope::of)
+            .ok_or_else(|| anyhow!("segment is {name:?}: it must be proximal, middle, distal, finger or all"))?,
     };
     let chambers = if segment == "finger" { CHAMBERS } else { 1.0 };
     let most = MAX_DEG * chambers;
     ensure!(
         bend_deg > MIN_DEG && bend_deg < most,
         "bend_deg is {bend_deg}, outside {MIN_DEG}..{most}: give degrees, {}",
-        if segment == "finger" { "the three segments' sum" } else { "of one segment (segment finger: the sum of three)" }
+        if segment == "finger" {
+            "the three segments' sum"
+        } else {
+            "of one segment (segment finger: the sum of three)"
+        }
     );
     ensure!(
         bend_deg > 0.0 || pressure_kpa < EMPTY_KPA,
@@ -250,7 +263,8 @@ mod tests {
 
     #[test]
     fn columns_in_any_order_comments_and_blanks() {
-        let text = "\u{feff}# by hand\nbend_deg , pressure_kpa,repeat,segment\n\n46.3, 30 ,2,middle\n# no\n-0.5,0,,middle\r\n";
+        let text =
+            "\u{feff}# by hand\nbend_deg , pressure_kpa,repeat,segment\n\n46.3, 30 ,2,middle\n# no\n-0.5,0,,middle\r\n";
         let found = parse(text.as_bytes()).expect("read");
         assert_eq!(found.left_out, Vec::<String>::new());
         let [first, second] = found.all.as_slice() else { panic!("{found:?}") };
@@ -269,7 +283,8 @@ mod tests {
 
     #[test]
     fn of_a_whole_finger_a_third_is_taken() {
-        let found = parse(b"pressure_kpa,bend_deg,segment\n150,338.7,finger\n150,112.6,all\n150,112.7,\n").expect("read");
+        let found =
+            parse(b"pressure_kpa,bend_deg,segment\n150,338.7,finger\n150,112.6,all\n150,112.7,\n").expect("read");
         assert!((found.all[0].bend_deg - 112.9).abs() < 1e-9);
         assert!(found.all.iter().all(|m| m.scope == Scope::All));
     }
@@ -296,6 +311,7 @@ mod tests {
             ("60,70,thumb,1", vec!["line 3", "\"thumb\"", "proximal, middle, distal"]),
             ("60,70,all,first", vec!["line 3", "repeat is \"first\"", "whole number"]),
             ("60,70,all", vec!["line 3", "3 fields", "names 4"]),
+            ("\r\n# no\r\n\r\n180,99,all,1", vec!["line 6", "pressure_kpa is 180"]),
             ("60,70,distal,1", vec!["line 2 is of all", "line 3 of the distal", "two files"]),
         ] {
             let error = refused(&format!("{head}{row}\n"));

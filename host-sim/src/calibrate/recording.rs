@@ -78,7 +78,10 @@ fn measurement(hold: &[Record], last: &Record) -> Result<Option<Measurement>, St
         let index = segment as usize;
         let (estimate, setpoint) = (estimates_kpa[index], setpoints_kpa[index]);
         if !filled.contains(&segment) && estimate > EMPTIED_KPA {
-            return Err(format!("has {estimate:.1} kPa left in the {} segment, more than {EMPTIED_KPA}", segment.name()));
+            return Err(format!(
+                "has {estimate:.1} kPa left in the {} segment, more than {EMPTIED_KPA}",
+                segment.name()
+            ));
         }
         // A missing estimate is not close either.
         if filled.contains(&segment) && !((estimate - setpoint).abs() <= REACHED_KPA) {
@@ -86,6 +89,9 @@ fn measurement(hold: &[Record], last: &Record) -> Result<Option<Measurement>, St
         }
     }
     let bend_deg = mean(hold, last, |record| record.bend_sensor_deg) / chambers;
+    if bend_deg.is_nan() {
+        return Err("lacks readings of the bend sensor".into());
+    }
     if !(bend_deg > 0.0 && bend_deg < MAX_DEG && pressure_kpa <= MAX_KPA) {
         return Err(format!("has a bend of {bend_deg:.1} degrees a segment, outside 0..{MAX_DEG}"));
     }
@@ -146,7 +152,7 @@ mod tests {
         }
         let found = measurements(&whole).expect("the other holds");
         assert_eq!(found.all.len(), 13);
-        assert!(found.left_out[0].contains("NaN degrees"), "{:?}", found.left_out);
+        assert!(found.left_out[0].contains("lacks readings"), "{:?}", found.left_out);
         assert!(found.left_out[1].contains("90.0 kPa") && found.left_out[1].contains("120.0"), "{:?}", found.left_out);
     }
 }

@@ -39,6 +39,17 @@ impl Folder {
         Ok(Self(path.to_path_buf()))
     }
 
+    /// Removes a file of an earlier report that this one does not have.
+    pub(crate) fn remove(&self, name: &str) -> Result<()> {
+        let path = self.0.join(name);
+        match fs::remove_file(&path) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                Err(error).with_context(|| format!("cannot remove {}", path.display()))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Writes all files or none: a failure leaves an older report as it was.
     pub(crate) fn write(&self, files: &[(&str, &str)]) -> Result<Vec<PathBuf>> {
         let draft = |name: &str| self.0.join(format!(".{name}.part"));
