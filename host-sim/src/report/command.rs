@@ -34,7 +34,7 @@ pub(crate) fn execute(arguments: &ReportArguments) -> Result<(), Failure> {
         print(&format!("{json:#}\n"))?;
     } else {
         print(&text(&opened.name, &opened.description(), &opened.summary))?;
-        let notes: String = opened.notes.iter().map(|note| format!("note: {note}\n")).collect();
+        let notes = opened.notes.iter().map(|note| format!("note: {note}\n")).collect::<Vec<_>>().concat();
         print(&format!("{notes}report: {}\n", files[0].display()))?;
     }
     Ok(())

@@ -83,17 +83,18 @@ fn notes(notes: &[String]) -> String {
     if notes.is_empty() {
         return String::new();
     }
-    let items: String = notes.iter().map(|note| format!("<li>{}</li>", escape(note))).collect();
+    let items = notes.iter().map(|note| format!("<li>{}</li>", escape(note))).collect::<Vec<_>>().concat();
     format!("<ul class=\"notes\">{items}</ul>\n")
 }
 
 /// What happened in words, of a recording.
 fn events(records: &[Record]) -> String {
-    let rows: String = records
+    let rows = records
         .iter()
         .filter(|record| !record.event.is_empty())
         .map(|record| format!("<tr><td>{:.2} s</td><td>{}</td></tr>", chart::seconds(record), escape(&record.event)))
-        .collect();
+        .collect::<Vec<_>>()
+        .concat();
     if rows.is_empty() {
         return rows;
     }
