@@ -137,7 +137,8 @@ impl Linearised {
         let normal = Matrix3::from_fn(|a, b| jacobian.column(a).dot(&jacobian.column(b)) / (scales[a] * scales[b]));
         let singular = normal.svd(false, false).singular_values;
         // Below this the rounding of the pressures' last digit decides.
-        if !(singular.min() > 1e-9 * singular.max()) {
+        let (least, most) = (singular.min(), singular.max());
+        if least.is_nan() || least <= 1e-9 * most {
             return None;
         }
         let scaled = normal.try_inverse()?;

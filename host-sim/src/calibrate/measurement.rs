@@ -31,7 +31,7 @@ use super::recording;
 
 /// A chamber below this is empty, kPa: twice the pressure sensor's resolution.
 pub const EMPTY_KPA: f64 = 2.0;
-/// The highest pressure that a chamber may ever have, kPa (model_core::supervisor): more is another unit.
+/// The highest pressure that a chamber may ever have, kPa (`model_core::supervisor`): more is another unit.
 pub const MAX_KPA: f64 = 165.0;
 /// The model's domain ends below this, degrees of one segment.
 pub const MAX_DEG: f64 = 170.0;
@@ -201,7 +201,7 @@ fn line_of(bytes: &[u8], from: usize) -> u64 {
     // A reader that stopped between the two bytes of a line's end is still on that line.
     let rows = after.split_inclusive(|&byte| byte == b'\n');
     let skipped = rows.take_while(|row| row.starts_with(b"#") || matches!(*row, b"\n" | b"\r\n")).count();
-    (before.iter().filter(|&&byte| byte == b'\n').count() + skipped + 1) as u64
+    (before.split(|&byte| byte == b'\n').count() + skipped) as u64
 }
 
 fn measurement(columns: &Columns, row: &StringRecord, line: u64) -> Result<Measurement> {

@@ -84,7 +84,8 @@ fn measurement(hold: &[Record], last: &Record) -> Result<Option<Measurement>, St
             ));
         }
         // A missing estimate is not close either.
-        if filled.contains(&segment) && !((estimate - setpoint).abs() <= REACHED_KPA) {
+        let reached = (estimate - setpoint).abs() <= REACHED_KPA;
+        if filled.contains(&segment) && !reached {
             return Err(format!("has {estimate:.1} kPa in the {} segment, not its {setpoint:.1}", segment.name()));
         }
     }
