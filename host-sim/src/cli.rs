@@ -15,6 +15,7 @@ use crate::monitor::command::{self as monitor, MonitorArguments};
 use crate::monitor::source::Device;
 use crate::paper::command::{self as paper, PaperArguments};
 use crate::pareto;
+use crate::report::command::{self as report_command, ReportArguments};
 use crate::report::{self, Folder};
 use crate::simulate::{Program, Run};
 use crate::trace::Trace;
@@ -85,6 +86,8 @@ enum Command {
     Monitor(MonitorArguments),
     /// Sets the paper's tables and curves beside what this project computes, with the errors. Writes tables and pictures.
     Paper(PaperArguments),
+    /// Opens a recording, or the table of a run, as the same report that a run has.
+    Report(ReportArguments),
     /// Fits the model's coefficients to measurements of pressure and bend: confidence intervals, warnings, pictures, and the
     /// file that loads them into the device.
     Calibrate(CalibrateArguments),
@@ -278,6 +281,7 @@ fn execute(arguments: Arguments, emulator: Option<&Emulator>) -> u8 {
         }
         Some(Command::Pareto { plant: true, json, out }) => pareto_plant(json, &out),
         Some(Command::Pareto { plant: false, json, out }) => pareto_inverse(json, &out),
+        Some(Command::Report(arguments)) => report_command::execute(&arguments),
         Some(Command::Calibrate(arguments)) => calibrate::execute(&arguments),
         Some(Command::Campaign(arguments)) => campaign::execute(&arguments),
         Some(Command::Monitor(arguments)) => monitor::execute(&arguments, emulator),
@@ -380,7 +384,7 @@ fn run(arguments: &RunArguments, on_elf: Option<OnElf>) -> Result<(), Failure> {
 }
 
 /// The summary for people.
-fn text(name: &str, description: &str, summary: &Summary) -> String {
+pub(crate) fn text(name: &str, description: &str, summary: &Summary) -> String {
     let optional = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"));
     let mut out = format!(
         "{name}: {description}\n\n{:<10}{:>11}{:>11}{:>11}{:>10}{:>11}{:>10}{:>9}{:>9}\n",

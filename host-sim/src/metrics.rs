@@ -19,8 +19,10 @@ use serde::Serialize;
 /// Half the width of the band that counts as settled, kPa: the repeatability of the pressure sensor.
 pub const BAND_KPA: f64 = 2.0;
 
-/// Seconds in one sample.
+/// Seconds in one simulated sample, and in a millisecond.
 const TICK_S: f64 = 0.001;
+/// A recording's rows are 10 ms apart; what lies between rows farther apart than this is not known, ms.
+const GAP_MS: u32 = 100;
 
 /// How one step went.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -255,6 +257,14 @@ fn switchings<T: PartialEq>(samples: &[Sample], output: impl Fn(&Actuation) -> T
     count
 }
 
+/// Time for which a condition held, s: from each sample to the next, the last for a millisecond.
+fn lasting(samples: &[Sample], held: impl Fn(&Sample) -> bool) -> f64 {
+    let next = samples.iter().skip(1).map(Some).chain([None]);
+    let pairs = samples.iter().zip(next).filter(|(sample, _)| held(sample));
+    let ms: u32 = pairs.map(|(sample, next)| next.map_or(1, |next| (next.time_ms - sample.time_ms).min(GAP_MS))).sum();
+    seconds(ms)
+}
+
 /// Works out the figures of a run; an empty run gives zeros and nothing.
 #[must_use]
 pub fn summarise(trace: &Trace) -> Summary {
@@ -306,7 +316,10 @@ pub fn summarise(trace: &Trace) -> Summary {
     // The pump rests in the safe state: of n switchings every odd one starts it.
     let pump_starts = switchings(samples, |actuation| actuation.pump).div_ceil(2);
     Summary {
-        duration_s: samples.len() as f64 * TICK_S,
+        duration_s: samples
+            .first()
+            .zip(samples.last())
+            .map_or(0.0, |(first, last)| seconds(last.time_ms - first.time_ms + 1)),
         hold_mean_abs_error_kpa: held.mean(),
         hold_worst_abs_error_kpa: held.worst(),
         holds_not_reached: segments.iter().map(|segment| segment.holds_not_reached).sum(),
@@ -317,7 +330,7 @@ pub fn summarise(trace: &Trace) -> Summary {
         valve_switchings: segments.iter().map(|segment| segment.valve_switchings).sum(),
         dump_switchings: switchings(samples, |actuation| actuation.dump),
         pump_starts,
-        pump_on_s: samples.iter().filter(|sample| sample.actuation.pump).count() as f64 * TICK_S,
+        pump_on_s: lasting(samples, |sample| sample.actuation.pump),
         peak_chamber_kpa: largest(segments.iter().map(|segment| segment.peak_chamber_kpa)),
         peak_manifold_kpa: largest(samples.iter().map(|sample| sample.manifold_kpa)),
         vented_residual_kpa: largest(segments.iter().map(|segment| segment.vented_residual_kpa)),

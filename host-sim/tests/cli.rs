@@ -235,6 +235,33 @@ fn campaign_prints_json_and_its_shards_are_joined_to_the_same() {
 }
 
 #[test]
+fn report_opens_a_runs_table_cut_in_a_line_and_says_so() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("run");
+    let output = host_sim(&["run", "--setpoints", "30,0,30", "--json", "--out", out.to_str().expect("UTF-8")], "");
+    let run: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let table = std::fs::read(out.join("samples.csv")).expect("there");
+    let cut = folder.path().join("cut.csv");
+    std::fs::write(&cut, &table[..table.len() - 7]).expect("written");
+    let place = folder.path().join("report");
+    let arguments = ["report", cut.to_str().expect("UTF-8"), "--json", "--out", place.to_str().expect("UTF-8")];
+    let output = host_sim(&arguments, "");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON and nothing else");
+    assert_eq!(json["torn"], true);
+    assert_eq!(json["bad_lines"], 0);
+    assert_eq!(json["true_pressures"], true);
+    assert_eq!(json["valve_switchings"], run["valve_switchings"]);
+    assert!(json["files"][0].as_str().is_some_and(|file| std::path::Path::new(file).exists()), "{json}");
+    for (file, named) in [("no-such.csv", "no-such.csv"), ("Cargo.toml", "no recording")] {
+        let output = host_sim(&["report", file], "");
+        let error = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{error}");
+        assert!(error.contains(named) && error.lines().count() == 1, "{error}");
+    }
+}
+
+#[test]
 fn calibrate_finds_the_drawn_coefficients_and_names_the_misread_line() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().to_str().expect("UTF-8");

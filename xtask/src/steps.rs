@@ -46,7 +46,7 @@ pub fn docs() -> Result<()> {
 
 /// Everything that must hold before a change is accepted.
 pub fn test() -> Result<()> {
-    let steps: [Step; 13] = [
+    let steps: [Step; 14] = [
         ("toolchains", || {
             toolchain::set_up_emulator()?;
             toolchain::set_up().map(|route| println!("{route}"))
@@ -67,6 +67,10 @@ pub fn test() -> Result<()> {
         // Optimised: a minute of the board's time is three hundred million instructions.
         ("firmware on the emulated board", || cargo(&["test", "--release", "--package", "emulated-board"])),
         ("firmware's figures", board_figures::gate),
+        ("report in a browser", || {
+            toolchain::set_up_browser()?;
+            cargo(&["test", "--release", "--package", "browser"])
+        }),
         ("simulator's main job", simulator),
         ("the same on the ELF", || {
             let run = ["run", "--release", "--quiet", "--", "run", "--on", "elf", "--out", "target/xtask-run-elf"];

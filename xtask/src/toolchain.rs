@@ -23,6 +23,9 @@ const PACKAGES: [&str; 4] = ["rustc-web", "cargo-web", "rust-web-src", "lld"];
 /// What Debian packages the emulated board's engine is built with.
 const EMULATOR_PACKAGES: [&str; 5] = ["cmake", "make", "gcc", "libc6-dev", "libclang-14-dev"];
 
+/// What Debian package has the browser.
+const BROWSER_PACKAGE: &str = "chromium";
+
 /// A way to build for the target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Route {
@@ -106,6 +109,23 @@ pub fn set_up_emulator() -> Result<()> {
         );
     }
     install(&EMULATOR_PACKAGES)
+}
+
+/// Finds Chromium, in which the report is tested, installing it where that can be done.
+pub fn set_up_browser() -> Result<()> {
+    let runs = |program: &str| command(program).arg("--version").output().is_ok_and(|output| output.status.success());
+    // The names that the tests look for; CHROME goes before them.
+    let named = std::env::var("CHROME").is_ok_and(|program| runs(&program));
+    if named || ["google-chrome-stable", "chromium", "chromium-browser"].into_iter().any(runs) {
+        return Ok(());
+    }
+    if !apt_as_root() {
+        bail!(
+            "the report is tested in Chromium, which is not here: on Debian as root `apt-get install {BROWSER_PACKAGE}`, or name a \
+             Chromium in the variable CHROME"
+        );
+    }
+    install(&[BROWSER_PACKAGE])
 }
 
 /// Where bindgen would find it: named by the user, or in Debian's folders.

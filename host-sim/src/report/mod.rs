@@ -1,15 +1,20 @@
 //! What a run leaves on the disk: a table, pictures, a page, and the figures as JSON.
 
+pub mod chart;
+pub(crate) mod command;
 pub mod csv;
 pub mod finger;
 pub mod html;
+mod interactive;
 pub mod plots;
 pub mod record;
+pub mod recording;
 
 use crate::metrics::Summary;
 use crate::plant::PlantParameters;
 use crate::trace::Trace;
 use anyhow::{Context, Result};
+use record::Record;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -69,28 +74,67 @@ impl Folder {
     }
 }
 
-/// Writes the whole report; returns its files, the page first.
+/// What a report tells of: a simulated run, or a recording.
+#[derive(Clone, Debug)]
+pub struct Content<'a> {
+    /// What the run is called.
+    pub name: &'a str,
+    /// A line on it and where it comes from.
+    pub description: String,
+    /// The run itself.
+    pub records: &'a [Record],
+    /// Its figures.
+    pub summary: &'a Summary,
+    /// Parameters of the simulated finger; nothing of a real one.
+    pub parameters: Option<&'a PlantParameters>,
+    /// What to know of the data.
+    pub notes: Vec<String>,
+}
+
+/// Writes a simulated run's report and its table; returns the files, the page first.
 ///
 /// # Errors
 /// When a picture cannot be drawn or a file not be written.
 pub fn write(folder: &Folder, trace: &Trace, summary: &Summary, parameters: &PlantParameters) -> Result<Vec<PathBuf>> {
-    let pictures = html::Pictures {
-        finger: finger::filmstrip(summary, FRAMES),
-        pressures: plots::pressures(trace)?,
-        actuation: plots::actuation(trace)?,
-        bends: plots::bends(trace)?,
+    let records: Vec<Record> = trace.samples.iter().map(Record::from).collect();
+    let content = Content {
+        name: &trace.name,
+        description: format!(
+            "{}. Simulated finger, seed {}, {:.1} s.",
+            trace.description, trace.seed, summary.duration_s
+        ),
+        records: &records,
+        summary,
+        parameters: Some(parameters),
+        notes: Vec::new(),
     };
-    let page = html::page(trace, summary, parameters, &pictures)?;
-    let json = serde_json::to_string_pretty(summary)? + "\n";
-    folder.write(&[
-        ("report.html", page.as_str()),
-        ("samples.csv", &csv::table(trace)?),
-        ("finger.svg", &pictures.finger),
-        ("pressures.svg", &pictures.pressures),
+    write_content(folder, &content, &[("samples.csv", &csv::table(trace)?)])
+}
+
+/// Writes a report with other files beside it; returns all, the page first.
+///
+/// # Errors
+/// When a picture cannot be drawn or a file not be written.
+pub fn write_content(folder: &Folder, content: &Content<'_>, more: &[(&str, &str)]) -> Result<Vec<PathBuf>> {
+    let bends_known = content.records.iter().any(|record| chart::bend_deg(record, 0).is_finite());
+    let pictures = html::Pictures {
+        finger: bends_known.then(|| finger::filmstrip(content.summary, FRAMES)),
+        pressures: plots::pressures(content.records)?,
+        actuation: plots::actuation(content.records)?,
+        bends: plots::bends(content.records)?,
+    };
+    let page = html::page(content, &pictures)?;
+    let json = serde_json::to_string_pretty(content.summary)? + "\n";
+    let mut files = vec![("report.html", page.as_str())];
+    files.extend_from_slice(more);
+    files.extend(pictures.finger.as_deref().map(|finger| ("finger.svg", finger)));
+    files.extend([
+        ("pressures.svg", pictures.pressures.as_str()),
         ("actuation.svg", &pictures.actuation),
         ("bends.svg", &pictures.bends),
         ("summary.json", &json),
-    ])
+    ]);
+    folder.write(&files)
 }
 
 #[cfg(test)]
@@ -121,7 +165,8 @@ mod tests {
     fn the_page_needs_nothing_from_elsewhere() {
         let files = report(1);
         let (_, page) = files.iter().find(|(name, _)| name == "report.html").expect("there");
-        let outside = page.replace("http://www.w3.org/2000/svg", "");
+        let banner = include_str!("vendor/uplot/uPlot.iife.min.js").lines().next().expect("a banner");
+        let outside = page.replace("http://www.w3.org/2000/svg", "").replace(banner, "");
         for word in ["http://", "https://", "src=", "@import", "url("] {
             assert!(!outside.contains(word), "{word}");
         }
