@@ -306,7 +306,7 @@ fn the_lines_that_calibrate_prints_work() {
         assert!((bend - measured).abs() < 0.01 * measured, "{bend}, not {measured}");
     }
     let file = folder.path().join("calibration.toml");
-    let load = format!("host-sim monitor --calibration {}", file.display());
+    let load = format!("host-sim monitor --port auto --calibration {}", file.display());
     assert!(said.contains(&load) && said.contains("warning: segment all: fewer than 3"), "{said}");
     let segments = host_sim::calibrate::file::read(&file).and_then(|calibration| calibration.segments()).expect("read");
     let default = model_core::calibration::DEFAULT.to_f64_kpa();

@@ -49,14 +49,15 @@ fn constants_are_those_of_the_reference_file() {
     }
 }
 
+#[expect(clippy::float_cmp, reason = "whole millimetres, exact in both")]
 #[test]
 fn the_chains_lengths_are_those_of_table_1() {
     let table: Table = include_str!("../data/paper.toml").parse().expect("paper.toml");
     let mm = |key: &str| numbers(&table["geometry_mm"][key])[0];
     let chain = model_core::kinematics::Chain::PAPER;
     assert_eq!(chain.base().to_f64(), mm("tail_length_l1"));
-    assert_eq!(chain.arcs().map(|arc| arc.to_f64()), [mm("chamber_length_a"); 3]);
-    let [between, also, head] = chain.links().map(|link| link.to_f64());
+    assert_eq!(chain.arcs().map(model_core::units::Length::to_f64), [mm("chamber_length_a"); 3]);
+    let [between, also, head] = chain.links().map(model_core::units::Length::to_f64);
     assert_eq!([between, also, head], [mm("cavity_spacing_e"), mm("cavity_spacing_e"), mm("head_length_l0")]);
     let sum = chain.base().to_f64() + chain.arcs().iter().chain(&chain.links()).map(|part| part.to_f64()).sum::<f64>();
     assert_eq!(sum, mm("actuator_length_L"));

@@ -65,6 +65,7 @@ fn requests() -> Vec<Request> {
     commands.into_iter().chain(wide).map(|command| Request { id: 0x1234, command }).chain(ids).collect()
 }
 
+#[expect(clippy::too_many_lines, reason = "one report of each kind")]
 fn reports() -> Vec<Report> {
     let at_rest = Telemetry {
         tick: 0,

@@ -77,7 +77,7 @@ fn next_steps(report: &Report, calibration: &str) -> String {
         out += &format!("  host-sim eval angle-from-pressure --calibration {}", argument(found));
         out += &if found.segment == "all" { "\n".to_owned() } else { format!("   # {}\n", found.segment) };
     }
-    out + &format!("load it into the device:\n  host-sim monitor --calibration {calibration}\n")
+    out + &format!("load it into the device:\n  host-sim monitor --port auto --calibration {calibration}\n")
 }
 
 /// The report for people.

@@ -178,7 +178,7 @@ fn every_defect_is_named() {
             Kind::NotRising,
             changed(|m| {
                 if m.pressure_kpa == 150.0 {
-                    m.bend_deg -= 30.0
+                    m.bend_deg -= 30.0;
                 }
             }),
             &["120 kPa", "150 kPa", "leak"],
@@ -195,7 +195,7 @@ fn every_defect_is_named() {
             Kind::LackOfFit,
             changed(|m| {
                 if m.pressure_kpa == 90.0 {
-                    m.bend_deg += 1.5
+                    m.bend_deg += 1.5;
                 }
             }),
             &["90 kPa", "F =", "scatter"],

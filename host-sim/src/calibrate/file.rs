@@ -31,7 +31,7 @@ pub const SCHEMA: u32 = 1;
 /// What every file begins with.
 const HEAD: &str = "\
 # Coefficients of P(alpha) = k*alpha + c1*A(alpha) + c2*B(alpha), P in kPa, for the soft finger's controller.
-# Into a device: host-sim monitor --calibration FILE. Explained in docs/calibration.md.
+# Into a device: host-sim monitor --port auto --calibration FILE. Explained in docs/calibration.md.
 ";
 
 /// One fit.

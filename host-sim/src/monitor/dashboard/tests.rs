@@ -92,7 +92,7 @@ fn a_lost_link_and_alarms_stand_out() {
     // Not yet seen: reversed. Seen: not any more.
     let reversed = |buffer: &Buffer| {
         let cells = buffer.content.iter().filter(|cell| cell.modifier.contains(Modifier::REVERSED));
-        cells.map(|cell| cell.symbol()).collect::<String>()
+        cells.map(ratatui::buffer::Cell::symbol).collect::<String>()
     };
     assert!(reversed(&buffer).contains("emergency-stop"), "{}", reversed(&buffer));
     state.acknowledge();
