@@ -27,7 +27,7 @@ use tempfile::TempDir;
 /// The window, pixels.
 const WINDOW: (u32, u32) = (1200, 1000);
 /// A busy machine may take its time.
-const PATIENCE: Duration = Duration::from_secs(120);
+const PATIENCE: Duration = Duration::from_mins(2);
 /// Nothing that a browser does of itself, so that every request is the page's.
 const ARGUMENTS: [&str; 4] = ["--disable-quic", "--disable-component-update", "--disable-gpu", "--hide-scrollbars"];
 
