@@ -181,6 +181,10 @@ enum Chore {
     ///
     /// Writes docs/*.md. Installs nothing.
     Excerpts,
+    /// Tests the HTML report in a headless Chromium.
+    ///
+    /// Writes target/ alone. Installs Chromium (Debian, as root) where none is found.
+    Browser,
     /// Renews every figure and picture that the documents show: `pareto --write`, `plant --write`, `compare`, `paper`,
     /// `figures --write`, `campaign`, `pictures`, `faults`, `excerpts`.
     ///
@@ -215,6 +219,7 @@ fn main() -> std::process::ExitCode {
         Chore::Pictures => steps::pictures(),
         Chore::Faults => steps::faults(),
         Chore::Excerpts => excerpts::excerpts(),
+        Chore::Browser => steps::browser(),
         Chore::Docs => steps::docs(),
     };
     match outcome {
