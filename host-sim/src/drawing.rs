@@ -2,8 +2,9 @@
 
 use anyhow::{Result, anyhow};
 use plotters::chart::MeshStyle;
-use plotters::coord::Shift;
 use plotters::coord::ranged1d::ValueFormatter;
+use plotters::coord::types::RangedCoordf64;
+use plotters::coord::{CoordTranslate, Shift};
 use plotters::prelude::*;
 
 /// Letters and axes.
@@ -14,6 +15,8 @@ pub const FAINT: RGBColor = RGBColor(226, 229, 234);
 /// A drawing area over an SVG text.
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 /// What a plot draws into its area.
+/// Axes of plain numbers both ways.
+pub type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 type Draw<'a> = &'a dyn Fn(&Area<'_>) -> Result<()>;
 
 /// An SVG of this size in pixels.
@@ -41,6 +44,27 @@ where
     B: DrawingBackend,
 {
     mesh.light_line_style(WHITE.mix(0.0)).bold_line_style(FAINT).axis_style(INK).label_style(("sans-serif", 12, &INK))
+}
+
+/// Draws the legend of a chart there.
+///
+/// # Errors
+/// When drawing fails.
+pub fn series_labels<'a, 'b: 'a, C>(
+    chart: &mut ChartContext<'a, SVGBackend<'b>, C>,
+    position: SeriesLabelPosition,
+) -> Result<()>
+where
+    C: CoordTranslate,
+{
+    chart
+        .configure_series_labels()
+        .position(position)
+        .background_style(WHITE)
+        .border_style(FAINT)
+        .label_font(("sans-serif", 12, &INK))
+        .draw()
+        .map_err(drawing)
 }
 
 /// The backend's error as everybody else's.

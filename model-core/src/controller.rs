@@ -588,8 +588,7 @@ impl Controller {
             Reading::Valid(reading) if actuation == Actuation::SAFE && reading.abs() <= ZERO_LIMIT => {
                 self.rested = self.rested.saturating_add(1);
                 if self.rested > ZERO_TICKS {
-                    let off = reading.to_bits().saturating_sub(self.zero.to_bits());
-                    self.zero = self.zero + Pressure::from_bits(off >> 7);
+                    self.zero = self.zero.low_passed(reading, 7);
                 }
             }
             _ => self.rested = 0,

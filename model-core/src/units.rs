@@ -99,6 +99,14 @@ macro_rules! quantity {
                 Self(I16F16::from_bits(self.0.to_bits().midpoint(other.0.to_bits())))
             }
 
+            /// A tick of a first-order low pass with a time constant of 2^`shift` ticks; rounded towards minus infinity.
+            #[must_use]
+            pub const fn low_passed(self, input: Self, shift: u32) -> Self {
+                // A part of the way between two values lies between them: nothing saturates.
+                let way = input.to_bits() as i64 - self.to_bits() as i64;
+                Self::$bits((self.to_bits() as i64 + way.unbounded_shr(shift)) as i32)
+            }
+
             #[doc = concat!("From ", $unit, " as f64, to the nearest; saturates, and a NaN gives zero.")]
             #[cfg(any(test, feature = "host"))]
             #[must_use]
@@ -268,6 +276,17 @@ mod tests {
         assert_eq!(Pressure::MIN.abs(), Pressure::MAX);
         assert_eq!(Bend::from_milli_deg(i32::MAX), Bend::MAX);
         assert_eq!(Bend::from_milli_deg(i32::MIN), Bend::MIN);
+    }
+
+    #[test]
+    fn a_low_pass_comes_to_its_input_from_above_and_within_its_last_bits_from_below() {
+        let input = Bend::from_deg(30);
+        let rest = |from: Bend| (0..2000).fold(from, |state, _| state.low_passed(input, 3));
+        assert_eq!(rest(Bend::MAX), input);
+        assert_eq!(rest(Bend::MIN), Bend::from_bits(input.to_bits() - 7));
+        // An eighth of the way, whatever its length; none of it when the time constant is endless.
+        assert_eq!(Bend::MIN.low_passed(Bend::MAX, 3).to_bits(), i32::MIN + (1 << 29) - 1);
+        assert_eq!(Bend::ZERO.low_passed(Bend::MAX, 64), Bend::ZERO);
     }
 
     #[test]

@@ -2,11 +2,14 @@
 
 use super::Report;
 use super::estimate::{Estimate, Point};
-use crate::drawing::{Area, FAINT, INK, drawing, styled, svg};
+use crate::drawing::{Area, Chart, INK, drawing, series_labels, styled, svg};
 use crate::report::plots::SEGMENT_COLOURS;
 use anyhow::Result;
+use core::ops::Range;
 use model_core::actuation::Segment;
 use model_core::calibration::bend_deg;
+use plotters::coord::ranged1d::ValueFormatter;
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
 /// A panel's size, pixels.
@@ -19,6 +22,32 @@ const SHOWN_KPA: (f64, f64) = (0.0, 160.0);
 fn colour(found: &Estimate) -> RGBColor {
     let index = Segment::ALL.iter().position(|segment| segment.name() == found.segment);
     SEGMENT_COLOURS[index.unwrap_or(0)]
+}
+
+/// A panel's axes: degrees over pressure.
+fn axes<'a, 'b>(
+    area: &'a Area<'b>,
+    title: &str,
+    shown_deg: Range<f64>,
+    label: &dyn Fn(&f64) -> String,
+) -> Result<Chart<'a, 'b>> {
+    let mut chart = ChartBuilder::on(area)
+        .caption(title, ("sans-serif", 15, &INK))
+        .margin(8)
+        .margin_right(16)
+        .x_label_area_size(36)
+        .y_label_area_size(52)
+        .build_cartesian_2d(SHOWN_KPA.0..SHOWN_KPA.1, shown_deg)
+        .map_err(drawing)?;
+    styled(&mut chart.configure_mesh())
+        .x_labels(9)
+        .x_desc("gauge pressure, kPa")
+        .y_desc("degrees of one segment")
+        .x_label_formatter(&|value| format!("{value:.0}"))
+        .y_label_formatter(label)
+        .draw()
+        .map_err(drawing)?;
+    Ok(chart)
 }
 
 fn panels(report: &Report, draw: impl Fn(&Area<'_>, &Estimate) -> Result<()>) -> Result<String> {
@@ -44,22 +73,7 @@ pub fn fit(report: &Report) -> Result<String> {
         let highest = found.points.iter().map(|point| point.bend_deg).chain(curve.last().map(|end| end.1));
         let top = highest.fold(30.0, f64::max) * 1.08;
         let title = format!("bend against pressure, segment {}", found.segment);
-        let mut chart = ChartBuilder::on(area)
-            .caption(title, ("sans-serif", 15, &INK))
-            .margin(8)
-            .margin_right(16)
-            .x_label_area_size(36)
-            .y_label_area_size(52)
-            .build_cartesian_2d(SHOWN_KPA.0..SHOWN_KPA.1, 0.0..top)
-            .map_err(drawing)?;
-        styled(&mut chart.configure_mesh())
-            .x_labels(9)
-            .x_desc("gauge pressure, kPa")
-            .y_desc("degrees of one segment")
-            .x_label_formatter(&|value| format!("{value:.0}"))
-            .y_label_formatter(&|value| format!("{value:.0}"))
-            .draw()
-            .map_err(drawing)?;
+        let mut chart = axes(area, &title, 0.0..top, &|value| format!("{value:.0}"))?;
         let sides = |sign: f64| {
             let side = move |&(kpa, deg): &(f64, f64)| Some((kpa, (deg + sign * found.half_width_deg(kpa)?).max(0.0)));
             curve.iter().skip(1).filter_map(side).collect::<Vec<_>>()
@@ -92,14 +106,7 @@ pub fn fit(report: &Report) -> Result<String> {
                 .label("outlier")
                 .legend(|(x, y)| Circle::new((x + 9, y), 6, OUTLIER.stroke_width(2)));
         }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::LowerRight)
-            .background_style(WHITE)
-            .border_style(FAINT)
-            .label_font(("sans-serif", 12, &INK))
-            .draw()
-            .map_err(drawing)
+        series_labels(&mut chart, SeriesLabelPosition::LowerRight)
     })
 }
 
@@ -113,21 +120,7 @@ pub fn residuals(report: &Report) -> Result<String> {
         let band = 1.96 * found.scatter_deg.unwrap_or(0.0);
         let largest = found.points.iter().map(|point| point.residual_deg.abs()).fold(band.max(0.1), f64::max) * 1.2;
         let title = format!("measured bend less the fit, segment {}", found.segment);
-        let mut chart = ChartBuilder::on(area)
-            .caption(title, ("sans-serif", 15, &INK))
-            .margin(8)
-            .margin_right(16)
-            .x_label_area_size(36)
-            .y_label_area_size(52)
-            .build_cartesian_2d(SHOWN_KPA.0..SHOWN_KPA.1, -largest..largest)
-            .map_err(drawing)?;
-        styled(&mut chart.configure_mesh())
-            .x_labels(9)
-            .x_desc("gauge pressure, kPa")
-            .y_desc("degrees of one segment")
-            .x_label_formatter(&|value| format!("{value:.0}"))
-            .draw()
-            .map_err(drawing)?;
+        let mut chart = axes(area, &title, -largest..largest, &RangedCoordf64::format)?;
         chart
             .draw_series([Rectangle::new([(SHOWN_KPA.0, -band), (SHOWN_KPA.1, band)], colour.mix(0.12).filled())])
             .map_err(drawing)?;

@@ -5,6 +5,7 @@
 //! Pressures are the controller's estimates, of a simulated run too: a lab knows no truer ones.
 
 use super::measurement::{EMPTY_KPA, MAX_DEG, MAX_KPA, Measurement, Measurements, Place, Scope};
+use crate::report::chart::seconds;
 use crate::report::csv::Recording;
 use crate::report::record::Record;
 use anyhow::{Result, ensure};
@@ -49,10 +50,6 @@ pub fn measurements(recording: &Recording) -> Result<Measurements> {
          staircase (all alike)"
     );
     Ok(found)
-}
-
-fn seconds(record: &Record) -> f64 {
-    f64::from(record.time_ms) / 1000.0
 }
 
 /// Mean of a quantity over the hold's end; not a number when it is missing there.

@@ -4,7 +4,7 @@ use super::contender::Kind;
 use super::scenario::Scenario;
 use super::trial::Trial;
 use super::{Report, trial};
-use crate::drawing::{Area, FAINT, INK, drawing, styled, svg};
+use crate::drawing::{Area, INK, drawing, series_labels, styled, svg};
 use anyhow::Result;
 use model_core::actuation::Segment;
 use plotters::prelude::*;
@@ -133,14 +133,6 @@ pub fn error_against_switchings(report: &Report) -> Result<String> {
                 .label(kind.name())
                 .legend(move |(x, y)| Circle::new((x + 8, y), 5, ink.filled()));
         }
-        chart
-            .configure_series_labels()
-            .background_style(WHITE)
-            .border_style(FAINT)
-            .label_font(("sans-serif", 12, &INK))
-            .position(SeriesLabelPosition::UpperRight)
-            .draw()
-            .map_err(drawing)?;
-        Ok(())
+        series_labels(&mut chart, SeriesLabelPosition::UpperRight)
     })
 }

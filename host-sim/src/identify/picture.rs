@@ -1,7 +1,7 @@
 //! The identified curves over the true ones, and what is left of the bends' errors.
 
 use super::Report;
-use crate::drawing::{Area, FAINT, INK, drawing, styled, svg};
+use crate::drawing::{Area, FAINT, INK, drawing, series_labels, styled, svg};
 use crate::report::plots::SEGMENT_COLOURS;
 use anyhow::Result;
 use model_core::calibration;
@@ -41,14 +41,7 @@ fn curves(area: &Area<'_>, report: &Report) -> Result<()> {
         let dots = along(found.identified_kpa).step_by(10).map(|at| Circle::new(at, 3, colour.filled()));
         chart.draw_series(dots).map_err(drawing)?;
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::LowerRight)
-        .background_style(WHITE)
-        .border_style(FAINT)
-        .label_font(("sans-serif", 12, &INK))
-        .draw()
-        .map_err(drawing)
+    series_labels(&mut chart, SeriesLabelPosition::LowerRight)
 }
 
 fn errors(area: &Area<'_>, report: &Report) -> Result<()> {

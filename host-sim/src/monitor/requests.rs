@@ -4,6 +4,7 @@
 //! asked before it, so that no late repeat of a `run` follows it.
 
 use model_core::protocol::{LinkCommand, MAX_FRAME, Reason, Report, Request, encode};
+use serde::Serialize;
 use std::collections::VecDeque;
 
 /// Longest time until an answer, ms (docs/protocol.md).
@@ -132,9 +133,14 @@ const fn patience(command: &LinkCommand) -> (u64, u32) {
 /// A request as bytes for the line.
 #[must_use]
 pub fn framed(id: u16, command: &LinkCommand) -> Vec<u8> {
+    frame(&Request { id, command: command.clone() })
+}
+
+/// A message as bytes on the line.
+pub fn frame(message: &impl Serialize) -> Vec<u8> {
     let mut frame = [0; MAX_FRAME];
-    // Every request fits; docs/protocol.md bounds the longest.
-    let length = encode(&Request { id, command: command.clone() }, &mut frame).unwrap_or(0);
+    // Every message fits; docs/protocol.md bounds the longest.
+    let length = encode(message, &mut frame).unwrap_or(0);
     frame[..length].to_vec()
 }
 

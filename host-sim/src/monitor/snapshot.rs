@@ -1,5 +1,6 @@
 //! The dashboard as an SVG picture, cell by cell: letters as text, everything that has to meet its neighbour drawn.
 
+use crate::report::html::escape;
 use core::fmt::Write as _;
 use ratatui::buffer::{Buffer, Cell};
 use ratatui::style::{Color, Modifier};
@@ -75,15 +76,11 @@ fn words(out: &mut String, text: &str, (left, top): (u32, u32), ink: &str, bold:
                 left + (cell + before) * CELL.0,
                 top + 14,
                 word.chars().count() as u32 * CELL.0,
-                escaped(word)
+                escape(word)
             );
         }
         cell += part.chars().count() as u32 + 2;
     }
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 /// Ink, paper, and whether it is bold.

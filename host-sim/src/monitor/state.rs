@@ -108,9 +108,8 @@ impl State {
     }
 
     fn alarm(&mut self, row: &Record) {
-        let bits = row.faults.bits();
-        self.alarms.retain(|alarm| bits >> alarm.code & 1 == 1);
-        for code in (0..64).filter(|&code| bits >> code & 1 == 1) {
+        self.alarms.retain(|alarm| row.faults.codes().any(|code| code == alarm.code));
+        for code in row.faults.codes() {
             if !self.alarms.iter().any(|alarm| alarm.code == code) {
                 let priority = Fault::from_code(code).map(Fault::priority);
                 self.alarms.push(Alarm { code, name: code_name(code), priority, since_ms: row.time_ms, seen: false });

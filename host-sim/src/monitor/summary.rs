@@ -3,6 +3,7 @@
 use super::state::State;
 use crate::report::record::{Record, code_name, link_mode_name};
 use model_core::controller::Fault;
+use model_core::supervisor::fault::FaultSet;
 use serde::Serialize;
 
 /// A fault that was latched at some time.
@@ -23,7 +24,7 @@ pub struct Tally {
     pub state: State,
     rows: u64,
     first_ms: Option<u32>,
-    seen: u64,
+    seen: FaultSet,
     alarms: Vec<Alarmed>,
 }
 
@@ -75,9 +76,9 @@ impl Tally {
     pub fn take(&mut self, row: &Record) {
         self.rows += 1;
         self.first_ms.get_or_insert(row.time_ms);
-        let new = row.faults.bits() & !self.seen;
-        self.seen |= new;
-        self.alarms.extend((0..64).filter(|code| new >> code & 1 == 1).map(|code| Alarmed {
+        let new = row.faults.without(self.seen);
+        self.seen = self.seen.union(row.faults);
+        self.alarms.extend(new.codes().map(|code| Alarmed {
             fault: code_name(code),
             priority: Fault::from_code(code).map_or("unknown", |fault| fault.priority().name()),
             since_ms: row.time_ms,
@@ -147,7 +148,6 @@ impl Summary {
 mod tests {
     use super::*;
     use crate::report::record::Source;
-    use model_core::supervisor::fault::FaultSet;
 
     #[test]
     fn every_fault_and_gap_is_counted_once() {

@@ -1,17 +1,11 @@
 //! What the monitor's tests share: frames as a device sends them.
 
+pub use super::requests::frame;
+
 use model_core::actuation::Actuation;
 use model_core::protocol::{
-    Decoder, Identity, LinkCommand, LinkMode, MAX_FRAME, Report, Request, ResetCause, SequenceName, Telemetry, encode,
-    outputs_of,
+    Decoder, Identity, LinkCommand, LinkMode, Report, Request, ResetCause, SequenceName, Telemetry, outputs_of,
 };
-
-/// A report as bytes on the line.
-pub fn frame(report: &Report) -> Vec<u8> {
-    let mut buffer = [0; MAX_FRAME];
-    let length = encode(report, &mut buffer).expect("fits");
-    buffer[..length].to_vec()
-}
 
 /// Telemetry of a vented device at this time.
 pub fn telemetry(tick: u32) -> Report {

@@ -1,6 +1,7 @@
 //! Table 2 beside the model: each row with the calibration fitted to it, computed by the controller's own fixed-point
 //! function.
 
+use crate::calibrate::file::admitted;
 use anyhow::{Result, anyhow};
 use model_core::calibration::fit;
 use model_core::inverse::bend_from_pressure;
@@ -108,8 +109,8 @@ fn row(name: &'static str, segments: f64, measured_deg: &[f64; 5], fem_150_deg: 
 ///
 /// # Errors
 /// When they are outside what it admits.
-pub fn coefficients([k, c1, c2]: [f64; 3]) -> Result<Coefficients> {
-    Coefficients::from_f64_kpa(k, c1, c2).map_err(|error| anyhow!("k {k}, c1 {c1}, c2 {c2} kPa: {error:?}"))
+pub fn coefficients(coefficients_kpa: [f64; 3]) -> Result<Coefficients> {
+    admitted(coefficients_kpa).map_err(|error| anyhow!(error))
 }
 
 /// One segment's bend by the controller's model.

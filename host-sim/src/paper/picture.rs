@@ -2,22 +2,21 @@
 
 use super::points::{Fit, Places, SETS};
 use super::{Report, bend, combinations, equations, force};
-use crate::drawing::{Area, FAINT, INK, drawing, styled, svg};
-use crate::report::finger::{END_MM, chain};
+use crate::drawing::{Area, Chart, INK, drawing, series_labels, styled, svg};
+use crate::report::finger::{CHAMBER_MM, END_MM, chain};
 use crate::report::plots::SEGMENT_COLOURS;
 use anyhow::Result;
 use model_core::calibration;
 use model_core::force::DrivingForce;
 use model_core::paper;
 use model_core::units::Pressure;
-use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
 /// The rows of Table 2 and 3: bare, exoskeleton, finger.
 const ROWS: [RGBColor; 3] = [RGBColor(148, 152, 160), RGBColor(0, 114, 178), RGBColor(213, 94, 0)];
 const CAVITY: RGBColor = RGBColor(0, 158, 115);
-
-type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+/// Tail and head.
+const STIFF: RGBColor = RGBColor(138, 144, 153);
 
 /// Axes of a panel.
 fn panel<'a, 'b>(area: &'a Area<'b>, caption: &str, y: &str, most: f64) -> Result<Chart<'a, 'b>> {
@@ -70,17 +69,6 @@ fn legend<'a, 'b: 'a>(chart: &mut Chart<'a, 'b>, position: SeriesLabelPosition) 
         .label("paper's finite elements")
         .legend(|(x, y)| Cross::new((x + 9, y), 5, INK.stroke_width(2)));
     series_labels(chart, position)
-}
-
-fn series_labels<'a, 'b: 'a>(chart: &mut Chart<'a, 'b>, position: SeriesLabelPosition) -> Result<()> {
-    chart
-        .configure_series_labels()
-        .position(position)
-        .background_style(WHITE)
-        .border_style(FAINT)
-        .label_font(("sans-serif", 12, &INK))
-        .draw()
-        .map_err(drawing)
 }
 
 fn pressures() -> impl Iterator<Item = f64> {
@@ -174,12 +162,11 @@ fn plane<'a, 'b>(area: &'a Area<'b>, caption: &str, x: [f64; 2], top: f64) -> Re
 /// The finger's middle line: tail, three arcs, head.
 fn finger(chart: &mut Chart<'_, '_>, bends_deg: [f64; 3], place: impl Fn(f64, f64) -> (f64, f64)) -> Result<()> {
     const PARTS: u32 = 12;
-    let stiff = RGBColor(138, 144, 153);
     let whole = chain(bends_deg);
     let [tail, _, _, end, tip] = whole;
     let ends = [[place(tail.x - END_MM, tail.y), place(tail.x, tail.y)], [place(end.x, end.y), place(tip.x, tip.y)]];
     for line in ends {
-        chart.draw_series(LineSeries::new(line, stiff.stroke_width(6))).map_err(drawing)?;
+        chart.draw_series(LineSeries::new(line, STIFF.stroke_width(6))).map_err(drawing)?;
     }
     for (segment, colour) in SEGMENT_COLOURS.into_iter().enumerate() {
         // The joint after a part of this segment's bend, over a part of its length.
@@ -187,10 +174,8 @@ fn finger(chart: &mut Chart<'_, '_>, bends_deg: [f64; 3], place: impl Fn(f64, f6
         let bend = bends_deg[segment].to_radians();
         let points = (0..=PARTS).map(|part| {
             let share = f64::from(part) / f64::from(PARTS);
-            let (length, turn) = (paper::CHAMBER_LENGTH_MM * share, bend * share);
-            let chord = if turn < 1e-9 { length } else { length * (turn / 2.0).sin() / (turn / 2.0) };
-            let direction = start.direction + turn / 2.0;
-            place(start.x + chord * direction.cos(), start.y + chord * direction.sin())
+            let along = start.arc(CHAMBER_MM * share, bend * share);
+            place(along.x, along.y)
         });
         chart.draw_series(LineSeries::new(points.collect::<Vec<_>>(), colour.stroke_width(6))).map_err(drawing)?;
     }
@@ -214,7 +199,7 @@ pub fn combinations(report: &Report) -> Result<String> {
                 ("proximal", SEGMENT_COLOURS[0]),
                 ("middle", SEGMENT_COLOURS[1]),
                 ("distal", SEGMENT_COLOURS[2]),
-                ("tail and head", RGBColor(138, 144, 153)),
+                ("tail and head", STIFF),
             ];
             for (place, (name, ink)) in (0..).zip(lines) {
                 let style = ("sans-serif", 14, &ink).into_text_style(last);

@@ -3,13 +3,14 @@
 use crate::metrics::{StepSummary, Summary};
 use core::fmt::Write as _;
 use model_core::actuation::Segment;
+use model_core::paper;
 
 /// Length of one chamber, mm (paper, Table 1).
-pub const CHAMBER_MM: f64 = 38.0;
+pub const CHAMBER_MM: f64 = paper::CHAMBER_LENGTH_MM;
 /// Length of the stiff tail at the hand and of the head at the tip, mm (paper, Table 1).
 pub const END_MM: f64 = 7.0;
 /// Height of the exoskeleton, mm (paper, Table 1).
-const HEIGHT_MM: f64 = 22.5;
+const HEIGHT_MM: f64 = paper::EXOSKELETON_HEIGHT_MM;
 /// The segments' colours, as in the plots.
 pub const COLOURS: [&str; 3] = ["#0072b2", "#d55e00", "#009e73"];
 

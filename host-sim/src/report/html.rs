@@ -29,7 +29,7 @@ const UPLOT_LICENSE: &str = include_str!("vendor/uplot/LICENSE");
 /// What the browser lets the page do: run what stands in it, and load nothing.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
 
-fn escape(text: &str) -> String {
+pub(crate) fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 

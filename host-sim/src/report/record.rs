@@ -306,8 +306,7 @@ pub fn mode_name(mode: Mode) -> String {
 /// The latched faults' names with `|` between, by rising code; empty when there is none.
 #[must_use]
 pub fn fault_names(faults: FaultSet) -> String {
-    let codes = (0..64).filter(|&code| faults.bits() >> code & 1 == 1);
-    codes.map(code_name).collect::<Vec<_>>().join("|")
+    faults.codes().map(code_name).collect::<Vec<_>>().join("|")
 }
 
 /// The faults of a text as [`fault_names`] gives it.

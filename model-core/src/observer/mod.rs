@@ -106,7 +106,7 @@ impl Observer {
 
     /// Takes this tick's sensor reading, before the regulator decides.
     pub fn measure(&mut self, manifold: Pressure) {
-        self.manifold = low_pass(self.manifold, manifold, 2);
+        self.manifold = self.manifold.low_passed(manifold, 2);
         let dead = self.pneumatics.dead_ticks.get();
         let course = self.course(dead);
         let foretold = self.foretold();
@@ -310,12 +310,6 @@ const REST_MASK: u32 = 0x00FF_FFFF;
 /// How many of the newest `dead_ticks` bits are set.
 const fn pending(bits: u32, dead_ticks: DeadTicks) -> u32 {
     (bits & ((1 << dead_ticks.get()) - 1)).count_ones()
-}
-
-/// First-order low pass with a time constant of 2^`shift` ticks.
-fn low_pass(state: Pressure, input: Pressure, shift: u32) -> Pressure {
-    let step = (i64::from(input.to_bits()) - i64::from(state.to_bits())) >> shift;
-    state + Pressure::from_bits(step as i32)
 }
 
 #[cfg(test)]

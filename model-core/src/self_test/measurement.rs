@@ -157,11 +157,9 @@ impl Measurement {
 
     /// Each tick's readings, before anything else.
     pub(super) fn read(&mut self, reading: Pressure, bend: Reading<Bend>) {
-        let off = i64::from(reading.to_bits()) - i64::from(self.level.to_bits());
-        self.level = self.level + Pressure::from_bits((off >> 3) as i32);
+        self.level = self.level.low_passed(reading, 3);
         if let Reading::Valid(bend) = bend {
-            let off = i64::from(bend.to_bits()) - i64::from(self.bend.to_bits());
-            self.bend = self.bend + Bend::from_bits((off >> 3) as i32);
+            self.bend = self.bend.low_passed(bend, 3);
         }
     }
 

@@ -304,9 +304,14 @@ impl FaultSet {
         self.0 == 0
     }
 
+    /// The codes of all that is in it, rising; those of faults that this version does not know as well.
+    pub fn codes(self) -> impl Iterator<Item = u8> {
+        (0..64).filter(move |&code| self.0 >> code & 1 == 1)
+    }
+
     /// The faults, by rising code.
     pub fn iter(self) -> impl Iterator<Item = Fault> {
-        (0..64).filter(move |&code| self.0 >> code & 1 == 1).filter_map(Fault::from_code)
+        self.codes().filter_map(Fault::from_code)
     }
 
     /// The most urgent one's priority; none when there is no fault.

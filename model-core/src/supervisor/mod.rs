@@ -31,7 +31,7 @@ use session::Session;
 use signal::Signal;
 
 /// The manifold's limit. The working range ends at 150 kPa; the regulator never asks the manifold for more than
-/// 160 kPa, and the chambers may not pass 165 kPa. The switch, set to 163 kPa within 1 kPa, acts first; 4 kPa are left for what
+/// [`MANIFOLD_CEILING`](crate::regulator::MANIFOLD_CEILING), and the chambers may not pass 165 kPa. The switch, set to 163 kPa within 1 kPa, acts first; 4 kPa are left for what
 /// the manifold alone rises until the pump has run down, and for the reading's errors.
 pub const MANIFOLD_LIMIT: Pressure = Pressure::from_kpa(168);
 

@@ -48,8 +48,7 @@ impl Signal {
         let mut shown = Shown::default();
         if usize::from(self.count) >= RATE_TICKS {
             let bend = ((reading - first) - (first - second)).abs();
-            let step = bend.to_bits().saturating_sub(self.roughness.to_bits()) >> 6;
-            self.roughness = self.roughness + Pressure::from_bits(step);
+            self.roughness = self.roughness.low_passed(bend, 6);
             // Both ends twice: what comes back at once was one sample.
             let fast = (reading - fourth).abs() > RATE && (first - fourth).abs() > RATE;
             shown.too_fast = lasts(&mut self.fast, fast, RATE_COUNT);

@@ -186,6 +186,9 @@ fn faults() {
     for fault in FaultSet::iter(set) {
         consume(fault);
     }
+    for code in FaultSet::codes(set) {
+        consume(code);
+    }
     consume(<FaultSet as Default>::default());
 }
 
@@ -339,6 +342,7 @@ fn pressures() {
     consume(Pressure::abs(one));
     consume(Pressure::scaled(one, any(I16F16::ONE)));
     consume(Pressure::midpoint(one, other));
+    consume(Pressure::low_passed(one, other, any(3)));
     consume(<Pressure as Add>::add(one, other));
     consume(<Pressure as Sub>::sub(one, other));
     consume(<Pressure as Default>::default());
@@ -356,6 +360,7 @@ fn bends() {
     consume(Bend::abs(one));
     consume(Bend::scaled(one, any(I16F16::ONE)));
     consume(Bend::midpoint(one, other));
+    consume(Bend::low_passed(one, other, any(3)));
     consume(<Bend as Add>::add(one, other));
     consume(<Bend as Sub>::sub(one, other));
     consume(<Bend as Default>::default());
@@ -373,6 +378,7 @@ fn lengths() {
     consume(Length::abs(one));
     consume(Length::scaled(one, any(I16F16::ONE)));
     consume(Length::midpoint(one, other));
+    consume(Length::low_passed(one, other, any(3)));
     consume(<Length as Add>::add(one, other));
     consume(<Length as Sub>::sub(one, other));
     consume(<Length as Default>::default());
@@ -390,6 +396,7 @@ fn forces() {
     consume(Force::abs(one));
     consume(Force::scaled(one, any(I16F16::ONE)));
     consume(Force::midpoint(one, other));
+    consume(Force::low_passed(one, other, any(3)));
     consume(<Force as Add>::add(one, other));
     consume(<Force as Sub>::sub(one, other));
     consume(<Force as Default>::default());
