@@ -1,6 +1,6 @@
 //! A page opened from the disk in a headless Chromium, used with the mouse, with an ear for all that goes wrong in it.
 //!
-//! Chromium is looked for on the path; the variable `CHROME` names another. `cargo xtask test` installs it where it can.
+//! Chromium is looked for on the path; the variable `CHROME` names another. `cargo xtask browser` installs it where it can.
 //!
 //! ```no_run
 //! let page = browser::Page::open("target/finger/report.html".as_ref(), browser::Setting::default())?;
