@@ -1,6 +1,6 @@
 //! The fit with what it is worth: confidence intervals, scatter, what sticks out.
 //!
-//! The coefficients are those of [`solve`](model_core::calibration::solve): least squares of the bend, none below zero. The model of the
+//! The coefficients are those of [`solve`]: least squares of the bend, none below zero. The model of the
 //! errors: each measured bend is the curve's plus an error of one spread, independent from point to point.
 //!
 //! With J the derivatives of the bends by k, c1, c2 at the fit, r the residuals (measured less
