@@ -77,6 +77,10 @@ impl Device for Watched {
             self.board.send(bytes);
         }
     }
+
+    fn complete(&self, row: &mut Record) {
+        self.board.complete(row);
+    }
 }
 
 fn watched(seed: u64, out: std::ops::Range<u64>) -> (Watched, Rc<RefCell<Vec<Seen>>>) {
@@ -100,11 +104,11 @@ fn run(name: &str, out: std::ops::Range<u64>) -> (Summary, Recording, Vec<Seen>)
     (summary, recording, seen.take())
 }
 
-/// The row of this time of the board's clock, and whether its reference has rested for a second.
-fn row_at(rows: &[Record], board_ms: u32) -> Option<(&Record, bool)> {
+/// The row of this time of the board's clock, the one after it, and whether its reference has rested for a second.
+fn row_at(rows: &[Record], board_ms: u32) -> Option<(&Record, &Record, bool)> {
     let at = rows.iter().position(|row| row.device_ms.is_some_and(|tick| tick.abs_diff(board_ms) <= 5))?;
     let rested = at >= 100 && rows[at - 100..=at].iter().all(|row| row.holding && row.mode == LinkMode::Running);
-    Some((&rows[at], rested))
+    Some((&rows[at], rows.get(at + 1)?, rested))
 }
 
 #[test]
@@ -122,7 +126,7 @@ fn the_recording_is_what_the_plant_did() {
     }
     let (mut held, mut pumped, mut compared) = (0, 0, 0);
     for one in &seen {
-        let Some((row, rested)) = row_at(rows, one.board_ms) else { continue };
+        let Some((row, next, rested)) = row_at(rows, one.board_ms) else { continue };
         compared += 1;
         // The truth that stands in the row is the plant's, at most 5 ms away; pressure changes by less than 1 kPa in that time
         // but while it vents.
@@ -130,23 +134,25 @@ fn the_recording_is_what_the_plant_did() {
             held += 1;
             for index in 0..3 {
                 let (is, estimate) = (one.chambers_kpa[index], row.estimates_kpa[index]);
-                assert!((is - row.chambers_kpa[index]).abs() < 1.0, "{} ms: {is} and {row:?}", one.board_ms);
+                assert!((is - row.chambers_kpa[index]).abs() < 0.5, "{} ms: {is} and {row:?}", one.board_ms);
                 assert!((is - estimate).abs() < 2.0, "{} ms: {is} where the row says {estimate}", one.board_ms);
                 assert!((is - row.setpoints_kpa[index]).abs() < 3.0, "{} ms: {is} of {row:?}", one.board_ms);
             }
         }
-        if one.pins.pump && row.actuation.pump {
-            pumped += 1;
-        }
+        pumped += usize::from(one.pins.pump && row.actuation.pump);
+        // The pin may have switched since the row, which the next one tells: the pump runs and rests for 15 ms at the least.
+        let told = [row, next].map(|row| row.actuation.pump);
+        assert!(
+            told.contains(&one.pins.pump),
+            "{} ms: pump {} where the rows say {told:?}",
+            one.board_ms,
+            one.pins.pump
+        );
     }
     // Every 20 ms of more than 14 s; four of the five seconds at 60/30/60 kPa at the least.
-    assert!(compared > 700 && held > 200 && pumped > 20, "{compared} compared, {held} held, {pumped} with the pump on");
-    let pump = |on: &dyn Fn(usize) -> bool, count: usize| (0..count).filter(|&index| on(index)).count();
-    let by_pins = pump(&|index| seen[index].pins.pump, seen.len()) * 20;
-    let by_rows = pump(&|index| rows[index].actuation.pump, rows.len()) * 10;
     assert!(
-        by_pins.abs_diff(by_rows) * 10 < by_pins,
-        "the pump was on for {by_pins} ms by its pin, {by_rows} by the rows"
+        compared > 700 && held >= 200 && pumped > 20,
+        "{compared} compared, {held} held, {pumped} with the pump on"
     );
     let last = rows.last().expect("rows");
     assert!(last.chambers_kpa.iter().all(|&kpa| kpa < 2.0), "vented at the end: {last:?}");
