@@ -10,8 +10,8 @@ use std::process::ExitCode;
 pub fn run_program(from: Option<PathBuf>, arguments: &[OsString]) -> Result<ExitCode> {
     toolchain::set_up_emulator()?;
     firmware::build()?;
-    crate::run(command("cargo").args(["build", "--quiet", "--release", "--package", "emulated-board"]))?;
-    let status = std::process::Command::new(root().join("target/release/emulated-board"))
+    crate::run(command("cargo").args(["build", "--quiet", "--package", "emulated-board"]))?;
+    let status = std::process::Command::new(root().join("target/debug/emulated-board"))
         .current_dir(from.unwrap_or_else(root))
         .args(arguments)
         .status()?;
@@ -29,7 +29,7 @@ pub fn run(from: Option<PathBuf>, arguments: &[OsString]) -> ExitCode {
 fn measurement() -> Result<std::process::Command> {
     toolchain::set_up_emulator()?;
     let mut cargo = command("cargo");
-    cargo.args(["run", "--quiet", "--release", "--package", "emulated-board", "--bin", "figures", "--"]);
+    cargo.args(["run", "--quiet", "--package", "emulated-board", "--bin", "figures", "--"]);
     Ok(cargo)
 }
 

@@ -54,7 +54,7 @@ fn measurement() -> Result<std::process::Command> {
     toolchain::set_up_emulator()?;
     build()?;
     let mut cargo = command("cargo");
-    cargo.args(["run", "--quiet", "--release", "--package", "emulated-board", "--bin", "pareto", "--"]);
+    cargo.args(["run", "--quiet", "--package", "emulated-board", "--bin", "pareto", "--"]);
     Ok(cargo)
 }
 

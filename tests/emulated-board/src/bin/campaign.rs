@@ -1,4 +1,4 @@
-//! The campaign on the firmware's ELF: `cargo run -p emulated-board --release --bin campaign -- --runs N --seed S`. The runs
+//! The campaign on the firmware's ELF: `cargo run -p emulated-board --bin campaign -- --runs N --seed S`. The runs
 //! are those of `host-sim campaign` with the same seed. `--replay RUN` tells one of them.
 
 use anyhow::Result;
@@ -33,7 +33,7 @@ fn main() -> Result<ExitCode> {
     let part = run_all(&elf, &Options { seed: arguments.seed, runs: arguments.runs, longest_ms: None })?;
     print!("{}", host_sim::campaign::text(&part));
     println!(
-        "on the board: cargo run -p emulated-board --release --bin campaign -- --seed {} --replay RUN",
+        "on the board: cargo run -p emulated-board --bin campaign -- --seed {} --replay RUN",
         arguments.seed
     );
     Ok(if part.result.violated() == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
