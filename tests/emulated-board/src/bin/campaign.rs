@@ -32,9 +32,6 @@ fn main() -> Result<ExitCode> {
     }
     let part = run_all(&elf, &Options { seed: arguments.seed, runs: arguments.runs, longest_ms: None })?;
     print!("{}", host_sim::campaign::text(&part));
-    println!(
-        "on the board: cargo run -p emulated-board --bin campaign -- --seed {} --replay RUN",
-        arguments.seed
-    );
+    println!("on the board: cargo run -p emulated-board --bin campaign -- --seed {} --replay RUN", arguments.seed);
     Ok(if part.result.violated() == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
