@@ -443,6 +443,7 @@ impl Controller {
                 bend_zero: self.bend_zero,
                 manifold: self.observer.manifold(),
                 chambers: &chambers,
+                air: self.observer.air(),
                 setpoints: &self.setpoints,
                 commanded: &self.commanded,
                 identifies: self.identifies(),

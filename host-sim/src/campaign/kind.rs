@@ -71,7 +71,7 @@ pub enum Kind {
 }
 
 /// Faults found by what the air does, whatever part is to blame: any of them is as good as another when it comes to venting.
-const PNEUMATIC: [Fault; 27] = [
+const PNEUMATIC: [Fault; 28] = [
     Fault::OverPressure,
     Fault::OverPressureSwitch,
     Fault::PressureRate,
@@ -97,6 +97,7 @@ const PNEUMATIC: [Fault; 27] = [
     Fault::PumpStuckOn,
     Fault::PumpNotDelivering,
     Fault::LeakBurst,
+    Fault::AirDisagrees,
     Fault::BendDisagrees,
     Fault::PressureSensorNoisy,
 ];

@@ -39,6 +39,25 @@ pub struct Ahead {
     pub coming: Pressure,
 }
 
+/// What the model and its correction moved in a tick. Amounts of air are given as pressure of the manifold alone, kPa.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Air {
+    /// What the last reading's correction added to manifold and open chambers; negative when it took away.
+    pub corrected: I16F16,
+    /// What pump and dump moved, by the model; each counts positive.
+    pub moved: I16F16,
+    /// What the model, uncorrected, lets the reading of this moment move.
+    pub expected: Pressure,
+    /// What the reading was corrected by.
+    pub surprise: Pressure,
+}
+
+impl Air {
+    /// Nothing moves.
+    pub const STILL: Self =
+        Self { corrected: I16F16::ZERO, moved: I16F16::ZERO, expected: Pressure::ZERO, surprise: Pressure::ZERO };
+}
+
 /// See the module's page.
 #[derive(Clone, Debug)]
 pub struct Observer {
@@ -65,6 +84,9 @@ pub struct Observer {
     chambers: PerSegment<Pressure>,
     flows: PerSegment<I16F16>,
     innovation: Pressure,
+    air: Air,
+    /// The course's sensor at the last reading.
+    looked_at: i32,
     /// One bit a tick, the newest lowest: pump on, dump open, segment valves open.
     pump_on: u32,
     dump_open: u32,
@@ -98,6 +120,8 @@ impl Observer {
             chambers: [Pressure::ZERO; 3],
             flows: [I16F16::ZERO; 3],
             innovation: Pressure::ZERO,
+            air: Air::STILL,
+            looked_at: 0,
             pump_on: 0,
             dump_open: u32::MAX,
             valve_open: [u32::MAX; 3],
@@ -118,14 +142,21 @@ impl Observer {
         self.ahead_manifold = self.ahead_manifold + Pressure::from_bits(step);
         self.sensor = self.sensor + Pressure::from_bits(step);
         self.shift.sensor = self.shift.sensor.wrapping_add(step);
+        self.air.expected = Pressure::from_bits(course.sensor.wrapping_sub(self.looked_at));
+        self.looked_at = course.sensor;
+        self.air.surprise = Pressure::from_bits(step);
+        let mut corrected = I16F16::from_bits(step);
         let step = innovation.to_bits() >> CHAMBER_SHIFT;
-        let per_chamber = self.ahead_chambers.iter_mut().zip(&mut self.shift.chambers).zip(&self.valve_open);
-        for ((chamber, shift), &open) in per_chamber {
+        let per_chamber =
+            self.ahead_chambers.iter_mut().zip(&mut self.shift.chambers).zip(&self.valve_open).zip(&self.volumes);
+        for (((chamber, shift), &open), volume) in per_chamber {
             if open >> dead & 1 == 1 {
                 *chamber = *chamber + Pressure::from_bits(step);
                 *shift = shift.wrapping_add(step);
+                corrected = corrected.saturating_add(volume.saturating_mul(I16F16::from_bits(step)));
             }
         }
+        self.air.corrected = corrected;
         for (((now, flow), before), shift) in
             self.chambers.iter_mut().zip(&mut self.flows).zip(course.chambers).zip(self.shift.chambers)
         {
@@ -156,8 +187,11 @@ impl Observer {
         self.pump_speed = self.pump_speed.saturating_add(model.pump_spin.saturating_mul(missing));
         let before = self.ahead_manifold;
         let mut flow = model.pump_flow(before).saturating_mul(self.pump_speed);
+        self.air.moved = flow;
         if actuation.dump == Passage::Open {
-            flow = flow.saturating_sub(model.valve_flow(model.dump_rate, before, Pressure::ZERO));
+            let out = model.valve_flow(model.dump_rate, before, Pressure::ZERO);
+            self.air.moved = flow.saturating_add(out.saturating_abs());
+            flow = flow.saturating_sub(out);
         }
         let valves = model.valve_rates.into_iter().zip(actuation.segments);
         for ((chamber, &share), (rate, passage)) in self.ahead_chambers.iter_mut().zip(&self.shares).zip(valves) {
@@ -242,6 +276,12 @@ impl Observer {
     #[must_use]
     pub const fn innovation(&self) -> Pressure {
         self.innovation
+    }
+
+    /// Air that the last tick's model and correction moved.
+    #[must_use]
+    pub const fn air(&self) -> Air {
+        self.air
     }
 
     /// Neither pump nor dump has moved air for a while.

@@ -26,8 +26,8 @@ const MOTION_QUARTERS: i32 = 5;
 const MOTION_FADES: u32 = 6;
 /// For so many rounds: 240 ms.
 const ROUNDS: u8 = 60;
-/// Below this mean absolute second difference the signal stands still: a sound sensor's noise of 0.3 degrees has 0.6.
-const SMOOTH: Bend = Bend::from_milli_deg(250);
+/// Below this mean absolute second difference the signal stands still: a sound sensor's noise of 0.3 degrees has 0.6, half of it 0.3; 0.05 degrees of a dead one 0.1.
+const SMOOTH: Bend = Bend::from_milli_deg(180);
 /// Here a sound sensor stands still too: its range ends at 360 degrees.
 const RANGE_END: Bend = Bend::from_deg(350);
 /// Ticks for which the reading must be out of its electrical range.

@@ -44,6 +44,8 @@ pub enum Fault {
     LeakSlow,
     /// Air is lost faster than the regulator may make up for.
     LeakBurst,
+    /// The manifold's pressure does not move as pump, dump and valves must move it.
+    AirDisagrees,
     /// The finger's bend is not what its pressures give: it is obstructed or pushed, or a pressure is not what it seems.
     BendDisagrees,
     /// The bend sensor fails.
@@ -92,6 +94,7 @@ impl Fault {
             41 => Self::PumpNotDelivering,
             42 => Self::LeakSlow,
             43 => Self::LeakBurst,
+            44 => Self::AirDisagrees,
             48 => Self::BendDisagrees,
             49 => Self::BendSensorFailed,
             56 => Self::TickOverrun,
@@ -127,6 +130,7 @@ impl Fault {
             Self::PumpNotDelivering => 41,
             Self::LeakSlow => 42,
             Self::LeakBurst => 43,
+            Self::AirDisagrees => 44,
             Self::BendDisagrees => 48,
             Self::BendSensorFailed => 49,
             Self::TickOverrun => 56,

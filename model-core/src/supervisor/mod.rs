@@ -9,24 +9,29 @@
 //!
 //! Each file holds one kind of detector, pure and stepped once a tick; [`table`] says what each fault leads to.
 
+mod balance;
 mod bend;
 mod electrical;
 pub mod fault;
 mod held;
 mod link;
 mod pneumatics;
+mod response;
 mod session;
 mod signal;
 pub mod table;
 
 use crate::actuation::{Actuation, PerSegment};
 use crate::controller::{Inputs, Reading, Rejection};
+use crate::observer::Air;
 use crate::units::{Bend, Coefficients, Pressure};
+use balance::Balance;
 use bend::{Residual, Verdict};
 use electrical::Electrical;
 use fault::{Fault, FaultSet};
 use link::Link;
 use pneumatics::Pneumatics;
+use response::Response;
 use session::Session;
 use signal::Signal;
 
@@ -64,6 +69,8 @@ pub struct Context<'a> {
     pub manifold: Pressure,
     /// Estimated pressure of each chamber.
     pub chambers: &'a PerSegment<Pressure>,
+    /// What the observer's model and corrections moved.
+    pub air: Air,
     /// The last tick's.
     pub setpoints: &'a PerSegment<Pressure>,
     /// The last tick's.
@@ -95,6 +102,8 @@ pub struct Supervisor {
     electrical: Electrical,
     signal: Signal,
     pneumatics: Pneumatics,
+    balance: Balance,
+    response: Response,
     bend: Residual,
     link: Link,
     session: Session,
@@ -116,6 +125,8 @@ impl Supervisor {
             electrical: Electrical::new(),
             signal: Signal::new(),
             pneumatics: Pneumatics::new(),
+            balance: Balance::new(),
+            response: Response::new(),
             bend: Residual::new(),
             link: Link::new(),
             session: Session::new(),
@@ -153,6 +164,8 @@ impl Supervisor {
     fn compare(&mut self, context: &Context) {
         if context.activity == Activity::Testing {
             self.pneumatics = Pneumatics::new();
+            self.balance = Balance::new();
+            self.response = Response::new();
             return;
         }
         let look = pneumatics::Look {
@@ -164,6 +177,12 @@ impl Supervisor {
         };
         if let Some(fault) = self.pneumatics.watch(&look) {
             self.latch(fault);
+        }
+        if self.balance.misses_air(context.air) {
+            self.latch(Fault::LeakBurst);
+        }
+        if context.activity == Activity::Driving && self.response.contradicts(context.air) {
+            self.latch(Fault::AirDisagrees);
         }
     }
 
@@ -251,6 +270,7 @@ mod tests {
         bend_zero: Bend::ZERO,
         manifold: Pressure::ZERO,
         chambers: &[Pressure::ZERO; 3],
+        air: Air::STILL,
         setpoints: &[Pressure::ZERO; 3],
         commanded: &Actuation::SAFE,
         identifies: false,

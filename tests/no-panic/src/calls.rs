@@ -244,6 +244,7 @@ fn observer() {
     consume(Observer::manifold(&observer));
     consume(Observer::ahead(&observer));
     consume(Observer::innovation(&observer));
+    consume(Observer::air(&observer));
     consume(Observer::pump_ticks_pending(&observer));
     consume(Observer::dump_ticks_pending(&observer));
     consume(Observer::pneumatics(&observer));
