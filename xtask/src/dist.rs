@@ -6,7 +6,6 @@ use crate::toolchain::{self, Route, TARGET};
 use crate::{command, firmware, image, root, run};
 use anyhow::{Context, Result, ensure};
 use serde_json::json;
-use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -110,7 +109,7 @@ fn release(elf: &[u8], route: Route) -> Result<Files> {
 /// In the form that `sha256sum --check` reads.
 fn sums(files: &Files) -> String {
     let line = |(name, content): (&String, &Vec<u8>)| {
-        let hex = Sha256::digest(content).iter().fold(String::new(), |hex, byte| format!("{hex}{byte:02x}"));
+        let hex = hmac_sha256::Hash::hash(content).iter().fold(String::new(), |hex, byte| format!("{hex}{byte:02x}"));
         format!("{hex}  {name}\n")
     };
     files.iter().map(line).collect()

@@ -52,22 +52,17 @@ impl Folder {
 
     /// Writes all files or none: a failure leaves an older report as it was.
     pub(crate) fn write(&self, files: &[(&str, &str)]) -> Result<Vec<PathBuf>> {
-        let draft = |name: &str| self.0.join(format!(".{name}.part"));
-        let written = files.iter().try_for_each(|(name, contents)| {
+        // Goes with all that is still in it.
+        let drafts = tempfile::tempdir_in(&self.0).with_context(|| format!("cannot write to {}", self.0.display()))?;
+        for (name, contents) in files {
             let path = self.0.join(name);
             anyhow::ensure!(!path.is_dir(), "a folder is where {} should go", path.display());
-            fs::write(draft(name), contents).with_context(|| format!("cannot write {}", path.display()))
-        });
-        if let Err(error) = written {
-            // What cannot be removed was most likely never written; the first error is the one that counts.
-            for (name, _) in files {
-                drop(fs::remove_file(draft(name)));
-            }
-            return Err(error);
+            fs::write(drafts.path().join(name), contents)
+                .with_context(|| format!("cannot write {}", path.display()))?;
         }
         let place = |(name, _): &(&str, &str)| {
             let path = self.0.join(name);
-            fs::rename(draft(name), &path).with_context(|| format!("cannot write {}", path.display()))?;
+            fs::rename(drafts.path().join(name), &path).with_context(|| format!("cannot write {}", path.display()))?;
             Ok(path)
         };
         files.iter().map(place).collect()
