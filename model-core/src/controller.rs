@@ -216,6 +216,8 @@ pub struct Controller {
     /// The sequence's reference of the last tick.
     last: Reference,
     observer: Observer,
+    /// The self test has measured the machine for the observer.
+    measured: bool,
     regulator: Regulator,
     supervisor: Supervisor,
     inputs: Option<Inputs>,
@@ -270,6 +272,7 @@ impl Controller {
             reference: Source::Vented,
             last: Reference { target: Target::REST, step: 0, repeat: 0, holding: false, finished: false },
             observer: Observer::new(pneumatics),
+            measured: false,
             regulator: Regulator::new(),
             supervisor: Supervisor::new(),
             inputs: None,
@@ -443,7 +446,7 @@ impl Controller {
                 bend_zero: self.bend_zero,
                 manifold: self.observer.manifold(),
                 chambers: &chambers,
-                air: self.observer.air(),
+                air: self.measured.then(|| self.observer.air()),
                 setpoints: &self.setpoints,
                 commanded: &self.commanded,
                 identifies: self.identifies(),
@@ -569,6 +572,7 @@ impl Controller {
             Verdict::Passed => {
                 // Vented, as a new observer takes it to be.
                 self.observer = Observer::new(test.measured());
+                self.measured = true;
                 self.self_test = None;
                 (None, None)
             }

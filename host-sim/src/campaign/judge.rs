@@ -244,7 +244,8 @@ impl<'a> Judge<'a> {
                 self.outcome.first_alarm.get_or_insert(fault);
             }
             if self.venting.is_none() && FaultSet::of(fault).intersects(FaultSet::VENTING) {
-                let reference = Reference::of(plant, LIMIT_KPA, LIMIT_MS);
+                let more_comes = self.case.faults.iter().any(|fault| fault.from_ms > now_ms);
+                let reference = Reference::of(plant, LIMIT_KPA, LIMIT_MS, more_comes);
                 self.venting = Some(Venting { since_ms: now_ms, fault, reference, reached_ms: [None; 3] });
                 self.outcome
                     .timeline

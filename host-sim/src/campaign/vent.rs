@@ -20,9 +20,9 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// Lets a copy of the plant vent.
+    /// Lets a copy of the plant vent; to the horizon when `more_comes`, a fault that may fill it again.
     #[must_use]
-    pub fn of(plant: &Plant, limit_kpa: f64, limit_ms: u32) -> Self {
+    pub fn of(plant: &Plant, limit_kpa: f64, limit_ms: u32, more_comes: bool) -> Self {
         let mut plant = plant.clone();
         let mut reference = Self { vented_ms: [None; 3], end_kpa: [0.0; 3], over_pressure: false };
         let mut over_ms = [0; 3];
@@ -36,7 +36,7 @@ impl Reference {
                 reference.over_pressure |= over_ms[chamber] > limit_ms;
             }
             reference.end_kpa = chambers_kpa;
-            if reference.vented_ms.iter().all(Option::is_some) {
+            if reference.all_vent() && !more_comes {
                 break;
             }
             plant.step(&Actuation::SAFE);
@@ -60,7 +60,7 @@ mod tests {
     fn reference(faults: &[FaultKind]) -> Reference {
         let faults = faults.iter().map(|&kind| InjectedFault::lasting(kind, 0));
         let plant = Plant::new(PlantParameters::default(), Scene::default().with_faults(faults), 1);
-        Reference::of(&plant.starting_at(100.0, [100.0, 50.0, 5.0]), 165.0, 20)
+        Reference::of(&plant.starting_at(100.0, [100.0, 50.0, 5.0]), 165.0, 20, false)
     }
 
     #[test]

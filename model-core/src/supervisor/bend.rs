@@ -19,6 +19,9 @@ const BOUND_SHIFT: u32 = 4;
 const NEAR_ZERO: (Pressure, Bend) = (Pressure::from_kpa(3), Bend::from_deg(9));
 const LOW: (Pressure, Bend) = (Pressure::from_kpa(15), Bend::from_deg(4));
 const HIGH: Bend = Bend::from_deg(2);
+/// Driven, with everything open and every chamber below the first for so many rounds (600 ms) there is no air: no more than this then.
+const EMPTY: (Pressure, Bend) = (Pressure::from_kpa(1), Bend::from_deg(6));
+const EMPTY_ROUNDS: u8 = 150;
 /// While a finger is being identified, by this too: one segment alone, from the stiffest coefficients admitted to the softest.
 const UNKNOWN_FINGER: Bend = Bend::from_deg(60);
 /// In motion by the lag's own error, this many quarters of the way that is left, and for a while after.
@@ -57,8 +60,21 @@ pub(super) struct Residual {
     roughness: Bend,
     motion: Bend,
     off: u8,
+    empty: u8,
     failed: u8,
     started: bool,
+}
+
+/// What the chambers are to make of the finger.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Chambers<'a> {
+    /// Estimates.
+    pub pressures: &'a PerSegment<Pressure>,
+    pub coefficients: &'a PerSegment<Coefficients>,
+    /// The coefficients may be far off.
+    pub identifies: bool,
+    /// The finger is driven, and everything is open.
+    pub open: bool,
 }
 
 impl Residual {
@@ -74,26 +90,22 @@ impl Residual {
             roughness: Bend::from_milli_deg(600),
             motion: Bend::ZERO,
             off: 0,
+            empty: 0,
             failed: 0,
             started: false,
         }
     }
 
-    /// One tick: the reading, if it is one, and the chambers' estimates; whether the coefficients may be far off.
-    pub(super) fn watch(
-        &mut self,
-        reading: Option<Bend>,
-        chambers: &PerSegment<Pressure>,
-        coefficients: &PerSegment<Coefficients>,
-        identifies: bool,
-    ) -> Verdict {
+    /// One tick: the reading, if it is one, and the chambers.
+    pub(super) fn watch(&mut self, reading: Option<Bend>, chambers: &Chambers) -> Verdict {
         self.failed = if reading.is_none() { self.failed.saturating_add(1) } else { 0 };
         if let Some(reading) = reading {
             self.read(reading);
         }
         let mut verdict = if self.failed >= FAILED_TICKS { Verdict::SensorFailed } else { Verdict::Agrees };
         let index = usize::from(self.round);
-        if let (Some(&chamber), Some(coefficients)) = (chambers.get(index), coefficients.get(index)) {
+        if let (Some(&chamber), Some(coefficients)) = (chambers.pressures.get(index), chambers.coefficients.get(index))
+        {
             self.sum = self.sum + bend_from_pressure(coefficients, chamber);
             let margin = match chamber {
                 _ if chamber < NEAR_ZERO.0 => NEAR_ZERO.1,
@@ -104,7 +116,7 @@ impl Residual {
             let (large, small) = (self.widest.max(margin), self.widest.min(margin));
             self.margins = self.margins + Bend::from_bits(small.to_bits() / 2);
             self.widest = large;
-        } else if reading.is_some() && self.started && self.differs(identifies) {
+        } else if reading.is_some() && self.started && self.differs(chambers) {
             let stands_still = self.roughness < SMOOTH && self.seen < RANGE_END;
             verdict = if stands_still { Verdict::SensorFailed } else { Verdict::Disagrees };
         }
@@ -125,7 +137,7 @@ impl Residual {
     }
 
     /// Ends a round.
-    fn differs(&mut self, identifies: bool) -> bool {
+    fn differs(&mut self, chambers: &Chambers) -> bool {
         let target = core::mem::take(&mut self.sum);
         self.expected = blend(self.expected, target, LAG_SHARE);
         let left = (target - self.expected).abs();
@@ -133,8 +145,10 @@ impl Residual {
         self.motion = left.max(fading);
         let motion = Bend::from_bits((self.motion.to_bits() >> 2).saturating_mul(MOTION_QUARTERS));
         let margins = core::mem::take(&mut self.widest) + core::mem::take(&mut self.margins);
+        let no_air = chambers.open && chambers.pressures.iter().all(|&chamber| chamber < EMPTY.0);
+        let margins = if super::held::lasts(&mut self.empty, no_air, EMPTY_ROUNDS) { EMPTY.1 } else { margins };
         let bound = BOUND + margins + Bend::from_bits(self.expected.to_bits() >> BOUND_SHIFT) + motion;
-        let bound = if identifies { bound + UNKNOWN_FINGER } else { bound };
+        let bound = if chambers.identifies { bound + UNKNOWN_FINGER } else { bound };
         super::held::lasts(&mut self.off, (self.seen - self.expected).abs() > bound, ROUNDS)
     }
 
@@ -162,7 +176,9 @@ mod tests {
         let mut residual = Residual::new();
         ticks.enumerate().find_map(|(tick, (chamber, reading))| {
             let reading = reading.map(Bend::from_f64_deg);
-            let verdict = residual.watch(reading, &[Pressure::from_f64_kpa(chamber); 3], &FINGER, false);
+            let pressures = &[Pressure::from_f64_kpa(chamber); 3];
+            let chambers = Chambers { pressures, coefficients: &FINGER, identifies: false, open: chamber == 0.0 };
+            let verdict = residual.watch(reading, &chambers);
             (verdict != Verdict::Agrees).then_some((tick, verdict))
         })
     }
@@ -185,6 +201,15 @@ mod tests {
                 assert_eq!(first(step(lag, gain)), None, "{lag} {gain}");
             }
         }
+    }
+
+    #[test]
+    fn a_segment_that_stays_bent_without_air_disagrees() {
+        let bent = |deg: f64| move |tick: usize| (0.0, Some(deg + [0.4, -0.4][tick % 2]));
+        let (tick, verdict) = first((0..3000).map(bent(22.0))).expect("found");
+        assert_eq!(verdict, Verdict::Disagrees);
+        assert!((600..1200).contains(&tick), "{tick}");
+        assert_eq!(first((0..3000).map(bent(14.0))), None);
     }
 
     #[test]

@@ -69,8 +69,8 @@ pub struct Context<'a> {
     pub manifold: Pressure,
     /// Estimated pressure of each chamber.
     pub chambers: &'a PerSegment<Pressure>,
-    /// What the observer's model and corrections moved.
-    pub air: Air,
+    /// What the observer's model and corrections moved; none while the model is not that of this machine.
+    pub air: Option<Air>,
     /// The last tick's.
     pub setpoints: &'a PerSegment<Pressure>,
     /// The last tick's.
@@ -178,17 +178,24 @@ impl Supervisor {
         if let Some(fault) = self.pneumatics.watch(&look) {
             self.latch(fault);
         }
-        if self.balance.misses_air(context.air) {
+        let Some(air) = context.air else { return };
+        if self.balance.misses_air(air) {
             self.latch(Fault::LeakBurst);
         }
-        if context.activity == Activity::Driving && self.response.contradicts(context.air) {
+        if context.activity == Activity::Driving && self.response.contradicts(air) {
             self.latch(Fault::AirDisagrees);
         }
     }
 
     fn look_at_bend(&mut self, inputs: &Inputs, context: &Context) {
         let reading = inputs.bend.valid().map(|bend| bend - context.bend_zero);
-        match self.bend.watch(reading, context.chambers, context.coefficients, context.identifies) {
+        let chambers = bend::Chambers {
+            pressures: context.chambers,
+            coefficients: context.coefficients,
+            identifies: context.identifies,
+            open: context.activity == Activity::Driving && *context.commanded == Actuation::SAFE,
+        };
+        match self.bend.watch(reading, &chambers) {
             Verdict::SensorFailed => self.latch(Fault::BendSensorFailed),
             // The self test opens valves onto chambers whose estimates do not know of it.
             Verdict::Disagrees
@@ -270,7 +277,7 @@ mod tests {
         bend_zero: Bend::ZERO,
         manifold: Pressure::ZERO,
         chambers: &[Pressure::ZERO; 3],
-        air: Air::STILL,
+        air: Some(Air::STILL),
         setpoints: &[Pressure::ZERO; 3],
         commanded: &Actuation::SAFE,
         identifies: false,

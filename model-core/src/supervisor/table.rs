@@ -189,7 +189,7 @@ pub const TABLE: [Row; 41] = [
     ),
     row(
         Fault::BendDisagrees,
-        "bend differs from the model's of the estimated pressures for 240 ms by more than 16..37 degrees and a sixteenth, and 1.25 times the way still to go in motion",
+        "bend differs from the model's of the estimated pressures for 240 ms by more than 16..37 degrees and a sixteenth, and 1.25 times the way still to go in motion; by 18 when the driven finger has been without air for 600 ms",
         2000,
         Vent,
         Medium,

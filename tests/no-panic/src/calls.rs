@@ -16,7 +16,7 @@ use model_core::force::{self, DrivingForce};
 use model_core::identification::Identified;
 use model_core::inverse::{self, Tabulated};
 use model_core::kinematics::{self, Chain, Point, Unreachable};
-use model_core::observer::{DeadTicks, Observer, Pneumatics};
+use model_core::observer::{Air, DeadTicks, Observer, Pneumatics};
 use model_core::protocol::frame::{self, Decoder, MAX_FRAME};
 use model_core::protocol::handler;
 use model_core::protocol::message::{self, IdentifiedSegment, LinkCommand, LinkMode, Reason, Request};
@@ -67,6 +67,7 @@ pub const CONTEXT: Context = Context {
     bend_zero: Bend::ZERO,
     manifold: Pressure::ZERO,
     chambers: &PRESSURES,
+    air: Some(Air::STILL),
     setpoints: &PRESSURES,
     commanded: &Actuation::SAFE,
     coefficients: &[calibration::DEFAULT; 3],

@@ -13,7 +13,7 @@ use model_core::force::DrivingForce;
 use model_core::identification::Identified;
 use model_core::inverse::Tabulated;
 use model_core::kinematics::{Chain, ChainError, Fingertip, Limit, Point, Unreachable};
-use model_core::observer::{Ahead, DeadTicks, Observer, Pneumatics};
+use model_core::observer::{Ahead, Air, DeadTicks, Observer, Pneumatics};
 use model_core::protocol::frame::{self, Decoder, FrameError, MAX_FRAME};
 use model_core::protocol::handler::Effect;
 use model_core::protocol::message::{
@@ -133,6 +133,7 @@ fn states() {
     let observer = Observer::new(Pneumatics::NOMINAL);
     cloned::<Observer>(&observer);
     plain::<Ahead>(&observer.ahead());
+    plain::<Air>(&observer.air());
     plain::<DeadTicks>(&DeadTicks::MAX);
     plain::<Pneumatics>(&Pneumatics::NOMINAL);
     let regulator = Regulator::new();
