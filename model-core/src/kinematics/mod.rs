@@ -12,11 +12,13 @@
 //! With all arcs zero it is the chain of three rigid links, each turned by the sum of the bends up to it. Which of the two
 //! the paper means is not known from the facts at hand; its points A, B and C fit the arcs (`docs/kinematics.md`).
 //!
-//! | | Error against f64, a finger of 130 mm |
-//! |---|---|
-//! | [`fingertip`], fixed point | at most 3 µm |
-//! | `micromath::fingertip`, f32, for a display | at most 0.15 mm |
-//! | [`bends`], fixed point | within [`REACHED`] of the place |
+//! | | Error against f64, a finger of 130 mm | Instructions on the Cortex-M4 |
+//! |---|---|---|
+//! | [`fingertip`], fixed point | at most 3 µm | 1,342 |
+//! | `micromath::fingertip`, f32, for a display | at most 0.15 mm | 349 |
+//! | [`bends`], fixed point | within [`REACHED`] of the place | 36,300 in the mean, 78,390 at the worst; 2.8 million for a place out of reach |
+//!
+//! Counted by `cargo xtask pareto` (`docs/kinematics.md`).
 //!
 //! x runs along the straight finger from the hand, y towards the side that the finger bends to.
 

@@ -13,8 +13,10 @@
 
 use core::hint::black_box;
 use fixed::types::I8F24;
+use model_core::force::finger_force;
+use model_core::kinematics::{self, Chain, Point, micromath};
 use model_core::methods::Method;
-use model_core::units::Coefficients;
+use model_core::units::{Bend, Coefficients, Length, Pressure};
 
 /// The FPU's own square root. `core` has none yet, and inline assembly has no register class for an FPU of single
 /// precision, so that it costs a call and a return: three instructions.
@@ -82,6 +84,10 @@ macro_rules! export {
 
         static KEPT: &[Kept] = &[
             Kept(cossin as *const ()),
+            Kept(fingertip as *const ()),
+            Kept(fingertip_micromath as *const ()),
+            Kept(bends as *const ()),
+            Kept(force as *const ()),
             $(
                 Kept($id::layout as *const ()),
                 Kept($id::prepare as *const ()),
@@ -100,7 +106,48 @@ model_core::for_each_method!(export);
 #[inline(never)]
 extern "C" fn cossin(phase: i32) -> u64 {
     let (cos, sin) = idsp::cossin(phase);
-    u64::from(sin.cast_unsigned()) << 32 | u64::from(cos.cast_unsigned())
+    pair(cos, sin)
+}
+
+/// In r0 and r1.
+fn pair(one: i32, other: i32) -> u64 {
+    u64::from(other.cast_unsigned()) << 32 | u64::from(one.cast_unsigned())
+}
+
+/// The fingertip of the paper's finger with these bends, 2⁻¹⁶ degrees: x in r0, y in r1, 2⁻¹⁶ mm.
+#[unsafe(no_mangle)]
+#[inline(never)]
+extern "C" fn fingertip(proximal: i32, middle: i32, distal: i32) -> u64 {
+    let bends = [proximal, middle, distal].map(Bend::from_bits);
+    let Point { x, y } = kinematics::fingertip(&Chain::PAPER, &bends).point;
+    pair(x.to_bits(), y.to_bits())
+}
+
+/// The same in f32: bits of x and y in mm.
+#[unsafe(no_mangle)]
+#[inline(never)]
+extern "C" fn fingertip_micromath(proximal: i32, middle: i32, distal: i32) -> u64 {
+    let bends = [proximal, middle, distal].map(Bend::from_bits);
+    let tip = micromath::fingertip(&Chain::PAPER, &bends);
+    pair(tip.x_mm.to_bits().cast_signed(), tip.y_mm.to_bits().cast_signed())
+}
+
+/// The bends that bring that fingertip to x and y, 2⁻¹⁶ mm, or nearest to it, from three bends of `from`: the proximal one in r0, the
+/// others in r1 as middle + 3 distal, wrapped.
+#[unsafe(no_mangle)]
+#[inline(never)]
+extern "C" fn bends(x: i32, y: i32, from: i32) -> u64 {
+    let [x, y] = [x, y].map(Length::from_bits);
+    let found = kinematics::bends(&Chain::PAPER, Point { x, y }, &[Bend::from_bits(from); 3]);
+    let [proximal, middle, distal] = found.unwrap_or_else(|unreachable| unreachable.nearest).map(Bend::to_bits);
+    pair(proximal, middle.wrapping_add(distal.wrapping_mul(3)))
+}
+
+/// The finger's driving force at these pressures, 2⁻¹⁶ kPa: its bits in r0.
+#[unsafe(no_mangle)]
+#[inline(never)]
+extern "C" fn force(proximal: i32, middle: i32, distal: i32) -> u64 {
+    pair(finger_force(&[proximal, middle, distal].map(Pressure::from_bits)).to_bits(), 0)
 }
 
 #[cortex_m_rt::entry]

@@ -97,6 +97,7 @@ impl Entry {
 #[derive(Clone, Debug)]
 pub struct Report {
     entries: Vec<Entry>,
+    functions: Vec<Value>,
 }
 
 impl Report {
@@ -112,7 +113,35 @@ impl Report {
             let there = entries.iter().any(|entry| entry.direction == direction && entry.method == method);
             ensure!(there, "{method}, which the core uses for {}, was not measured", direction.name());
         }
-        Ok(Self { entries })
+        let functions = report["references"].as_array().context("no list 'references'")?.clone();
+        Ok(Self { entries, functions })
+    }
+
+    /// What other functions cost, as a table.
+    ///
+    /// # Errors
+    /// When a figure is missing.
+    pub fn functions_table(&self) -> Result<String> {
+        let mut table =
+            "| Function | Instructions, mean / worst | Flash: code / tables, bytes |\n|---|---|---|\n".to_owned();
+        for function in &self.functions {
+            let number = |name: &str| {
+                let number =
+                    function[name].as_f64().with_context(|| format!("no {name} of {}", function["function"]))?;
+                Ok::<_, anyhow::Error>(grouped(number.round() as u64))
+            };
+            let name = function["function"].as_str().context("a function without its name")?;
+            let (name, inputs) =
+                name.split_once(", ").map_or((name, String::new()), |(name, inputs)| (name, format!(", {inputs}")));
+            table += &format!(
+                "| `{name}`{inputs} | {} / {} | {} / {} |\n",
+                number("instructions_cortex_m4_mean")?,
+                number("instructions_cortex_m4_worst")?,
+                number("flash_code_bytes")?,
+                number("flash_table_bytes")?
+            );
+        }
+        Ok(table)
     }
 
     /// A direction's methods, from the fewest instructions on.

@@ -41,7 +41,7 @@ fn margin(name: &str) -> Option<Margin> {
 }
 
 /// Builds `counted` for the Cortex-M4: target/counted/counted.elf.
-fn build() -> Result<()> {
+pub fn build() -> Result<()> {
     let (mut cargo, folder) = toolchain::cargo_build(toolchain::set_up()?);
     run(cargo.args(["--quiet", "--package", "counted", "--bin", "counted"]))?;
     let out = root().join("target").join("counted");
@@ -81,7 +81,8 @@ pub fn pareto(json: bool, write: bool) -> Result<()> {
         markers::replace("docs/inverse.md", &name, &report.table(direction))?;
         markers::replace("README.md", &name, &report.front_table(direction))?;
     }
-    eprintln!("docs/inverse.md, README.md");
+    markers::replace("docs/kinematics.md", "functions", &report.functions_table()?)?;
+    eprintln!("docs/inverse.md, docs/kinematics.md, README.md");
     hard_cases::write()?;
     if json {
         println!("{}", text.trim_end());
@@ -135,6 +136,9 @@ mod tests {
     fn documents_and_pictures_show_the_baseline() {
         let report = Report::parse(&BASELINE.committed().expect("committed")).expect("complete");
         let read = |file: &str| fs::read_to_string(root().join(file)).expect(file);
+        let kinematics = read("docs/kinematics.md");
+        let functions = markers::content(&kinematics, "functions").expect("docs/kinematics.md");
+        assert_eq!(functions, report.functions_table().expect("complete").trim_end());
         for direction in Direction::BOTH {
             let name = format!("pareto-{}", direction.name());
             let shown = |file: &str| markers::content(&read(file), &name).expect(file).to_owned();

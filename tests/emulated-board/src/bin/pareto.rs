@@ -1,7 +1,7 @@
 //! All methods side by side: `cargo xtask pareto`.
 
 use anyhow::{Result, ensure};
-use emulated_board::pareto::{Direction, Figures, cossin, four_digits, measure};
+use emulated_board::pareto::{Direction, Figures, FunctionCost, cossin, four_digits, functions, measure};
 use emulated_board::{Counted, Footprint, counted_elf};
 use host_sim::pareto::inverse::{Report, measure as measure_on_host};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -37,6 +37,7 @@ fn main() -> Result<()> {
     bar.set_style(ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}")?);
     let figures = all(&mut counted, &footprint, &host, &bar)?;
     let cossin = cossin(&mut counted)?;
+    let functions = functions(&mut counted, &footprint)?;
     bar.finish_and_clear();
     if json {
         let reference = json!({
@@ -49,7 +50,8 @@ fn main() -> Result<()> {
             "flash_table_bytes": footprint.of("cossin")?.tables,
         });
         let methods: Vec<_> = figures.iter().map(Figures::to_json).collect();
-        println!("{}", serde_json::to_string_pretty(&json!({ "methods": methods, "references": [reference] }))?);
+        let references: Vec<_> = [reference].into_iter().chain(functions.iter().map(FunctionCost::to_json)).collect();
+        println!("{}", serde_json::to_string_pretty(&json!({ "methods": methods, "references": references }))?);
     } else {
         for direction in Direction::BOTH {
             table(direction, &figures);
@@ -62,6 +64,13 @@ fn main() -> Result<()> {
             cossin.max_error_full_scale,
             cossin.max_error_own_scale
         );
+        for FunctionCost { function, calls, instructions_mean, instructions_worst, flash, .. } in &functions {
+            println!(
+                "{function}: {instructions_mean:.1} instructions in the mean, {instructions_worst} at the worst of {calls} \
+                 calls, {} bytes of code and {} of tables",
+                flash.code, flash.tables
+            );
+        }
     }
     for figure in &figures {
         if let Some(first) = &figure.cost.first_difference {
@@ -70,7 +79,11 @@ fn main() -> Result<()> {
         }
     }
     let fixed_differ = figures.iter().any(|figure| figure.representation == "fixed" && figure.cost.differ > 0);
-    ensure!(!fixed_differ && cossin.differ == 0, "fixed-point results differ between the emulated core and the host");
+    let functions_differ = functions.iter().any(|function| function.differ > 0);
+    ensure!(
+        !fixed_differ && !functions_differ && cossin.differ == 0,
+        "fixed-point results differ between the emulated core and the host"
+    );
     Ok(())
 }
 

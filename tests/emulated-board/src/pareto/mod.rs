@@ -2,7 +2,10 @@
 //! behind `cargo xtask pareto`.
 
 mod calls;
+mod functions;
 mod samples;
+
+pub use functions::{FunctionCost, functions};
 
 pub use calls::{Cossin, Cost, cossin, costs, passed, prepare, room};
 
