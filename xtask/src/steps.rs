@@ -57,7 +57,10 @@ pub fn test() -> Result<()> {
         ("lints", || {
             cargo(&["clippy", "--workspace", "--exclude", "browser", "--all-targets", "--", "-D", "warnings"])
         }),
-        ("firmware", || firmware::build().map(drop)),
+        ("firmware", || {
+            firmware::build()?;
+            pareto::build()
+        }),
         // In one go, so that what they share is built once; alone: `cargo test`, and `cargo test -p` of the others.
         ("tests, host and emulated board", || cargo(&[&["test"][..], &TESTED].concat())),
         ("documentation", || {
