@@ -26,6 +26,9 @@ const BEND_CHANNEL: u8 = 11;
 /// Scans in a tick of the firmware.
 const SCANS: usize = 16;
 
+/// From the converter's tick to the plant's step.
+const PHASE: u64 = 700 * MICROSECOND;
+
 /// Longest time until a request is answered, ms.
 const ANSWER_MS: u32 = 100;
 
@@ -74,11 +77,12 @@ impl Bench {
         };
         bench.board.wire(START, true);
         bench.wire();
+        bench.wire_sensors();
         bench.align()?;
         Ok(bench)
     }
 
-    /// Puts the plant's steps 0.7 ms after the converter's ticks, so that a tick's decision is on the pins before the
+    /// Puts the plant's steps [`PHASE`] after the converter's ticks, so that a tick's decision is on the pins before the
     /// plant takes it.
     fn align(&mut self) -> Result<()> {
         let mut scans = 0;
@@ -89,7 +93,7 @@ impl Bench {
             }
             scans = self.board.converted();
         }
-        let next = self.board.time() + 700 * MICROSECOND;
+        let next = self.board.time() + PHASE;
         self.board.run_until(next)?;
         Ok(())
     }
@@ -119,10 +123,15 @@ impl Bench {
         Self::new(elf, PlantParameters::default(), Scene::default(), seed)
     }
 
-    fn wire(&mut self) {
-        let inputs = self.plant.inputs();
+    /// What the sensors' outputs carry: from one tick of the converter to the next, so that the sixteen scans of a reading share one draw
+    /// of the noise, which is that of a reading. Two in one would be smoother than a sound sensor.
+    fn wire_sensors(&mut self) {
         self.board.set_analogue(PRESSURE_CHANNEL, self.plant.pressure_code());
         self.board.set_analogue(BEND_CHANNEL, self.plant.bend_code());
+    }
+
+    fn wire(&mut self) {
+        let inputs = self.plant.inputs();
         self.board.wire(SWITCH, inputs.over_pressure_switch || self.switch_pressed);
         self.board.wire(STOP, inputs.emergency_stop || self.stop_pressed);
     }
@@ -159,7 +168,11 @@ impl Bench {
     pub fn step_on_the_line(&mut self) -> Result<(Option<Halt>, Vec<u8>)> {
         self.wire();
         let until = self.board.time() + MILLISECOND;
-        let halt = self.board.run_until(until)?;
+        let mut halt = self.board.run_until(until - PHASE)?;
+        self.wire_sensors();
+        if halt.is_none() {
+            halt = self.board.run_until(until)?;
+        }
         if let Some(Halt::Reset(cause)) = halt {
             self.board.reset(cause)?;
         }

@@ -288,7 +288,7 @@ impl Run<'_> {
         self.judge.tick(moment.now_ms, event, outputs.as_ref(), moment.actuation, &moment.plant)
     }
 
-    /// What the controller said of a tick: the last telemetry before it, or the next one when the fault light says that a
+    /// What the controller said of a tick: the last telemetry before it, or the next one when fault light or pins, all at rest, say that a
     /// fault was latched between the two.
     fn told(&self, moment: &Moment) -> Option<Outputs> {
         let from = self.starts[moment.starts - 1];
@@ -297,7 +297,8 @@ impl Run<'_> {
         let next = all.partition_point(|told| told.tick <= moment.board_ms);
         let before = next.checked_sub(1).and_then(|index| all.get(index));
         let faulted = |told: &&Telemetry| matches!(told.mode.mode(), Some(Mode::Faulted(_)));
-        let told = if moment.fault_light && before.is_none_or(|told| !faulted(&told)) {
+        let latched = moment.fault_light || moment.actuation == Actuation::SAFE;
+        let told = if latched && before.is_none_or(|told| !faulted(&told)) {
             all[next..].iter().take(2).find(faulted).or(before)
         } else {
             before
