@@ -6,7 +6,7 @@ use emulated_board::firmware_elf;
 use std::collections::BTreeMap;
 
 /// How many runs, and which: those of one seed with short programs, so that a machine of two cores makes them in a minute.
-const OPTIONS: Options = Options { seed: 2026, runs: 24, longest_ms: Some(12_000) };
+const OPTIONS: Options = Options { seed: 2026, runs: 16, longest_ms: Some(12_000) };
 
 #[test]
 fn nothing_is_violated_on_the_board() {
