@@ -46,6 +46,8 @@ struct Moment {
     event: Event,
     fault_light: bool,
     actuation: Actuation,
+    /// Since when all pins rest, the board's own time, ms.
+    rests_since: Option<u32>,
     plant: Plant,
 }
 
@@ -138,6 +140,7 @@ struct Run<'a> {
     /// Where the telemetry of each start begins.
     starts: Vec<usize>,
     judged_starts: usize,
+    rests_since: Option<u32>,
     now_ms: u32,
     /// The board is hung or without power: nothing to hear until it has started again.
     missing: Option<Missing>,
@@ -166,6 +169,7 @@ pub fn run_one(elf: &[u8], case: &Case) -> Result<Outcome> {
         moments: VecDeque::new(),
         starts: vec![0],
         judged_starts: 1,
+        rests_since: None,
         now_ms: 0,
         missing: None,
     };
@@ -218,13 +222,17 @@ impl Run<'_> {
         }
         let plant = self.bench.plant.clone();
         let event = self.run_board(held_up)?;
+        let board_ms = (self.bench.board.time() / MILLISECOND) as u32;
+        let actuation = self.bench.actuation();
+        self.rests_since = (actuation == Actuation::SAFE).then(|| self.rests_since.unwrap_or(board_ms));
         self.moments.push_back(Moment {
             now_ms: self.now_ms,
             starts: self.starts.len(),
-            board_ms: (self.bench.board.time() / MILLISECOND) as u32,
+            board_ms,
             event,
             fault_light: self.bench.fault_light(),
-            actuation: self.bench.actuation(),
+            actuation,
+            rests_since: self.rests_since,
             plant,
         });
         self.now_ms += 1;
@@ -288,8 +296,8 @@ impl Run<'_> {
         self.judge.tick(moment.now_ms, event, outputs.as_ref(), moment.actuation, &moment.plant)
     }
 
-    /// What the controller said of a tick: the last telemetry before it, or the next one when fault light or pins, all at rest, say that a
-    /// fault was latched between the two.
+    /// What the controller said of a tick: the last telemetry before it, or the next one when the fault light, or pins that came to rest,
+    /// say that a fault was latched between the two.
     fn told(&self, moment: &Moment) -> Option<Outputs> {
         let from = self.starts[moment.starts - 1];
         let to = self.starts.get(moment.starts).copied().unwrap_or(self.bench.telemetry.len());
@@ -297,7 +305,8 @@ impl Run<'_> {
         let next = all.partition_point(|told| told.tick <= moment.board_ms);
         let before = next.checked_sub(1).and_then(|index| all.get(index));
         let faulted = |told: &&Telemetry| matches!(told.mode.mode(), Some(Mode::Faulted(_)));
-        let latched = moment.fault_light || moment.actuation == Actuation::SAFE;
+        let came_to_rest = moment.rests_since.is_some_and(|since| before.is_some_and(|told| since > told.tick));
+        let latched = moment.fault_light || came_to_rest;
         let told = if latched && before.is_none_or(|told| !faulted(&told)) {
             all[next..].iter().take(2).find(faulted).or(before)
         } else {
