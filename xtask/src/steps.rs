@@ -43,8 +43,10 @@ pub fn docs() -> Result<()> {
     all(&steps, "all renewed")
 }
 
-/// What has tests: all but what only a Cortex-M4 runs, and the browser's, which are a chore of their own.
-const TESTED: [&str; 7] = ["--workspace", "--exclude", "browser", "--exclude", "counted", "--exclude", "no-panic"];
+/// All but the browser's tests, which are a chore of their own.
+const WITHOUT_BROWSER: [&str; 3] = ["--workspace", "--exclude", "browser"];
+/// Of these, what has no tests: what only a Cortex-M4 runs.
+const UNTESTED: [&str; 4] = ["--exclude", "counted", "--exclude", "no-panic"];
 
 /// Everything that must hold before a change is accepted.
 pub fn test() -> Result<()> {
@@ -54,18 +56,15 @@ pub fn test() -> Result<()> {
             toolchain::set_up().map(|route| println!("{route}"))
         }),
         ("format", || cargo(&["fmt", "--all", "--check"])),
-        ("lints", || {
-            cargo(&["clippy", "--workspace", "--exclude", "browser", "--all-targets", "--", "-D", "warnings"])
-        }),
+        ("lints", || cargo(&[&["clippy"][..], &WITHOUT_BROWSER, &["--all-targets", "--", "-D", "warnings"]].concat())),
         ("firmware", || {
             firmware::build()?;
             pareto::build()
         }),
         // In one go, so that what they share is built once; alone: `cargo test`, and `cargo test -p` of the others.
-        ("tests, host and emulated board", || cargo(&[&["test"][..], &TESTED].concat())),
+        ("tests, host and emulated board", || cargo(&[&["test"][..], &WITHOUT_BROWSER, &UNTESTED].concat())),
         ("documentation", || {
-            let arguments = ["doc", "--workspace", "--exclude", "browser", "--no-deps"];
-            run(command("cargo").args(arguments).env("RUSTDOCFLAGS", "-D warnings"))
+            run(command("cargo").args(["doc", "--no-deps"]).args(WITHOUT_BROWSER).env("RUSTDOCFLAGS", "-D warnings"))
         }),
         ("no panic path", no_panic::check),
         ("figures against the baselines", || at_once([pareto::gate, plant::gate, board_figures::gate])),

@@ -29,7 +29,8 @@ const MOTION_QUARTERS: i32 = 5;
 const MOTION_FADES: u32 = 6;
 /// For so many rounds: 240 ms.
 const ROUNDS: u8 = 60;
-/// Below this mean absolute second difference the signal stands still: a sound sensor's noise of 0.3 degrees has 0.6, half of it 0.3; 0.05 degrees of a dead one 0.1.
+/// Below this mean absolute second difference the signal stands still: a sound sensor's noise of 0.3 degrees has 0.6, half of it 0.3;
+/// 0.05 degrees of a dead one 0.1.
 const SMOOTH: Bend = Bend::from_milli_deg(180);
 /// Here a sound sensor stands still too: its range ends at 360 degrees.
 const RANGE_END: Bend = Bend::from_deg(350);
@@ -132,14 +133,14 @@ impl Residual {
             return;
         }
         let curve = ((reading - one) - (one - two)).abs();
-        self.roughness = blend(self.roughness, curve, 4);
-        self.seen = blend(self.seen, reading, 32);
+        self.roughness = self.roughness.low_passed(curve, 6);
+        self.seen = self.seen.low_passed(reading, 3);
     }
 
     /// Ends a round.
     fn differs(&mut self, chambers: &Chambers) -> bool {
         let target = core::mem::take(&mut self.sum);
-        self.expected = blend(self.expected, target, LAG_SHARE);
+        self.expected = lagged(self.expected, target);
         let left = (target - self.expected).abs();
         let fading = self.motion - Bend::from_bits(self.motion.to_bits() >> MOTION_FADES);
         self.motion = left.max(fading);
@@ -158,9 +159,9 @@ impl Residual {
     }
 }
 
-/// From `old` this many 256ths of the way to `new`.
-fn blend(old: Bend, new: Bend, share: i64) -> Bend {
-    let way = (i64::from(new.to_bits()) - i64::from(old.to_bits())) * share;
+/// A round of the finger's lag from `old` on towards `new`.
+fn lagged(old: Bend, new: Bend) -> Bend {
+    let way = (i64::from(new.to_bits()) - i64::from(old.to_bits())) * LAG_SHARE;
     old + Bend::from_bits((way >> 8) as i32)
 }
 
