@@ -286,7 +286,7 @@ impl Physics {
         }
         let sign = if rise { 1.0 } else { -1.0 };
         let needed_nl: f64 = each.iter().zip(&groups).map(|(one, (_, count))| count * one.content_nl).sum();
-        let mut stairs = Stairs::new(self, chambers, sign);
+        let mut stairs = Stairs::new(self, start, chambers, sign);
         let delay_ms = chambers.iter().map(|chamber| chamber.delay_ms).fold(f64::INFINITY, f64::min);
         let mut source = Source::new(self, start, rise);
         let mut time_ms = 0.0;
@@ -298,6 +298,7 @@ impl Physics {
             let out: f64 = leaks.map(|leak| leak.flow_nl_per_s(level_kpa, self.atmosphere_kpa())).sum();
             stairs.add(into_nl - 1e-3 * STEP_MS * out);
             source.step(self, into_nl);
+            stairs.bend(self, time_ms);
             time_ms += STEP_MS;
         }
         (longest_ms.max(time_ms), error_kpa_ms)
@@ -335,26 +336,75 @@ impl Physics {
         let sign = if rise { 1.0 } else { -1.0 };
         let (mut time_ms, mut error_kpa_ms) = (0.0, 0.0);
         while time_ms < LONGEST_MS {
-            let chamber_kpa = chamber.content_nl * REFERENCE_KPA / self.volume_l(chamber.bend_rad);
-            let gauge_kpa = chamber_kpa - self.atmosphere_kpa();
+            let gauge_kpa = self.gauge_kpa(&chamber);
             if sign * (chamber.goal_kpa - gauge_kpa) <= 0.0 {
                 break;
             }
             error_kpa_ms += STEP_MS * (sign * (chamber.goal_kpa - gauge_kpa) + BAND_KPA);
-            let open = time_ms >= chamber.delay_ms;
-            let mut passed_nl = 0.0;
-            supply(chamber_kpa, &mut |flow| {
-                passed_nl = if open { sign * 1e-3 * STEP_MS * flow } else { 0.0 };
-                passed_nl
-            });
-            chamber.content_nl += passed_nl;
-            if let (Some(leak), false) = (chamber.leak, rise) {
-                chamber.content_nl -= 1e-3 * STEP_MS * leak.flow_nl_per_s(chamber_kpa, self.atmosphere_kpa());
-            }
-            chamber.bend_rad += (self.static_bend_rad(chamber.index, gauge_kpa) - chamber.bend_rad) * self.lag_share;
+            self.pass(&mut chamber, time_ms, rise, &mut supply);
             time_ms += STEP_MS;
         }
         Alone { time_ms, error_kpa_ms, content_nl: chamber.content_nl }
+    }
+
+    fn gauge_kpa(&self, chamber: &Chamber) -> f64 {
+        chamber.content_nl * REFERENCE_KPA / self.volume_l(chamber.bend_rad) - self.atmosphere_kpa()
+    }
+
+    /// One step of a chamber; see [`Self::fill`].
+    fn pass(
+        &self,
+        chamber: &mut Chamber,
+        time_ms: f64,
+        rise: bool,
+        mut supply: impl FnMut(f64, &mut dyn FnMut(f64) -> f64),
+    ) {
+        let sign = if rise { 1.0 } else { -1.0 };
+        let gauge_kpa = self.gauge_kpa(chamber);
+        let chamber_kpa = gauge_kpa + self.atmosphere_kpa();
+        let open = time_ms >= chamber.delay_ms;
+        let mut passed_nl = 0.0;
+        supply(chamber_kpa, &mut |flow| {
+            passed_nl = if open { sign * 1e-3 * STEP_MS * flow } else { 0.0 };
+            passed_nl
+        });
+        chamber.content_nl += passed_nl;
+        if let (Some(leak), false) = (chamber.leak, rise) {
+            chamber.content_nl -= 1e-3 * STEP_MS * leak.flow_nl_per_s(chamber_kpa, self.atmosphere_kpa());
+        }
+        chamber.bend_rad += (self.static_bend_rad(chamber.index, gauge_kpa) - chamber.bend_rad) * self.lag_share;
+    }
+}
+
+/// A chamber that has pump (or dump) to itself, up to the far edge of its band, and stays there: nobody's bend is further at any
+/// moment.
+struct Foremost {
+    chamber: Chamber,
+    source: Source,
+}
+
+impl Foremost {
+    fn new(physics: &Physics, start: &StepStart, chamber: &Chamber, sign: f64) -> Self {
+        let edge_kpa = chamber.goal_kpa + sign * 2.0 * BAND_KPA;
+        let chamber = Chamber { goal_kpa: edge_kpa, ..*chamber };
+        Self { chamber, source: Source::new(physics, start, sign > 0.0) }
+    }
+
+    fn volume_l(&self, physics: &Physics) -> f64 {
+        physics.volume_l(self.chamber.bend_rad)
+    }
+
+    fn step(&mut self, physics: &Physics, time_ms: f64, rise: bool) {
+        let sign = if rise { 1.0 } else { -1.0 };
+        let source = &mut self.source;
+        physics.pass(&mut self.chamber, time_ms, rise, |chamber_kpa, into_nl| {
+            let flow = physics.one_way(source.manifold_kpa(physics), chamber_kpa, rise);
+            source.step(physics, into_nl(flow));
+        });
+        let edge_nl = physics.content_nl(self.chamber.goal_kpa, self.chamber.bend_rad);
+        if sign * (self.chamber.content_nl - edge_nl) > 0.0 {
+            self.chamber.content_nl = edge_nl;
+        }
     }
 }
 
@@ -362,20 +412,27 @@ impl Physics {
 struct Stairs {
     /// Air, volume and the absolute pressure of the band's far edge of each.
     steps: Vec<(f64, f64, f64)>,
+    foremost: Vec<Foremost>,
     sign: f64,
 }
 
 impl Stairs {
-    /// Rising, the largest volumes make the lowest pressures and the most flow; falling, the smallest the highest.
-    fn new(physics: &Physics, chambers: &[Chamber], sign: f64) -> Self {
-        let step = |chamber: &Chamber| {
-            let edge_kpa = chamber.goal_kpa + sign * 2.0 * BAND_KPA;
-            let at_edge_l = physics.volume_l(physics.static_bend_rad(chamber.index, edge_kpa));
-            let now_l = physics.volume_l(chamber.bend_rad);
-            let volume_l = if sign > 0.0 { at_edge_l.max(now_l) } else { at_edge_l.min(now_l) };
-            (chamber.content_nl, volume_l, edge_kpa + physics.atmosphere_kpa())
+    fn new(physics: &Physics, start: &StepStart, chambers: &[Chamber], sign: f64) -> Self {
+        let foremost: Vec<Foremost> =
+            chambers.iter().map(|chamber| Foremost::new(physics, start, chamber, sign)).collect();
+        let step = |(chamber, foremost): (&Chamber, &Foremost)| {
+            let edge_kpa = foremost.chamber.goal_kpa + physics.atmosphere_kpa();
+            (chamber.content_nl, foremost.volume_l(physics), edge_kpa)
         };
-        Self { steps: chambers.iter().map(step).collect(), sign }
+        Self { steps: chambers.iter().zip(&foremost).map(step).collect(), foremost, sign }
+    }
+
+    /// Rising, the largest volumes make the lowest pressures and the most flow; falling, the smallest the highest.
+    fn bend(&mut self, physics: &Physics, time_ms: f64) {
+        for (step, foremost) in self.steps.iter_mut().zip(&mut self.foremost) {
+            foremost.step(physics, time_ms, self.sign > 0.0);
+            step.1 = foremost.volume_l(physics);
+        }
     }
 
     fn sum_nl(&self) -> f64 {

@@ -27,8 +27,10 @@ use crate::units::Pressure;
 use fixed::types::I16F16;
 
 mod flow;
+mod hunting;
 mod reference;
 
+use hunting::Hunting;
 use reference::Setpoint;
 
 /// The highest pressure that the regulator asks of the manifold.
@@ -56,7 +58,9 @@ const MOVING_LEAD: Pressure = milli_kpa(1800);
 /// When a service begins, chambers that are off by more than this come along.
 const JOIN_BAND: Pressure = milli_kpa(250);
 /// The most by which a chamber is taken beyond its setpoint because it will sag.
-const SAG_MOST: Pressure = milli_kpa(1000);
+const SAG_MOST: Pressure = milli_kpa(900);
+/// While air flows to others it joins them only when it is off by more than this: their way would be longer.
+const PASSING_BAND: Pressure = milli_kpa(1600);
 /// Below this a chamber whose setpoint is zero counts as empty.
 const EMPTY: Pressure = milli_kpa(700);
 /// A valve that has done its work stays open when the manifold is within this of its chamber.
@@ -131,6 +135,7 @@ pub struct Regulator {
     /// Ticks since each chamber was seen at rest, and how often it was since its setpoint moved.
     unseen: PerSegment<u32>,
     looks: PerSegment<u8>,
+    hunting: PerSegment<Hunting>,
 }
 
 impl Default for Regulator {
@@ -172,6 +177,7 @@ impl Regulator {
             level: NONE,
             unseen: [0; 3],
             looks: [0; 3],
+            hunting: [Hunting::NONE; 3],
         }
     }
 
@@ -179,8 +185,10 @@ impl Regulator {
     pub fn step(&mut self, setpoints: PerSegment<Pressure>, observer: &mut Observer) -> Actuation {
         let limit = Pressure::from_kpa(150);
         let mut jumped = false;
-        for (setpoint, new) in self.setpoints.iter_mut().zip(setpoints) {
-            jumped |= setpoint.take(new.clamp(Pressure::ZERO, limit));
+        for ((setpoint, hunting), new) in self.setpoints.iter_mut().zip(&mut self.hunting).zip(setpoints) {
+            let jumps = setpoint.take(new.clamp(Pressure::ZERO, limit));
+            hunting.tick(jumps || setpoint.moves());
+            jumped |= jumps;
         }
         if self.setpoints.iter().all(|setpoint| setpoint.value == Pressure::ZERO) {
             return self.vent();
@@ -270,7 +278,8 @@ impl Regulator {
                     let far = if self.follows(index, direction) { MOVING_BAND } else { Pressure::ZERO };
                     let done = near || signed + self.beyond(index, direction, view) + far <= Pressure::ZERO;
                     set(&mut self.wants, index, !done || jumped && signed > JOIN_BAND);
-                } else if signed > if jumped { JOIN_BAND } else { self.band(index, direction, view) } {
+                } else if signed > if jumped { JOIN_BAND } else { self.band(index, direction, view).max(PASSING_BAND) }
+                {
                     set(&mut self.wants, index, true);
                 }
             }
@@ -332,6 +341,9 @@ impl Regulator {
             let near = (view.ahead.manifold - get(&view.ahead.chambers, index)).abs() < FAR;
             let joins = signed > if near { JOIN_BAND } else { self.band(index, direction, view) } || along;
             set(&mut self.wants, index, joins);
+            if let (true, Some(hunting)) = (joins, self.hunting.get_mut(index)) {
+                hunting.served(direction);
+            }
             // Who needs air once more may leak, and is looked at soon again.
             if let (true, Some(looks)) = (joins, self.looks.get_mut(index)) {
                 *looks = 0;
@@ -365,7 +377,7 @@ impl Regulator {
             } else if (view.ahead.manifold - get(&view.ahead.chambers, index)).abs() > FAR {
                 FAR_BAND
             } else {
-                HOLD_BAND
+                HOLD_BAND + self.hunting.get(index).map_or(Pressure::ZERO, Hunting::widens)
             }
         })
     }

@@ -89,6 +89,7 @@ const NO_DIAGNOSIS: FaultSet = FaultSet::EMPTY
     .with(Fault::PressureSensorBelowRange)
     .with(Fault::PressureSensorAboveRange)
     .with(Fault::EmergencyStop)
+    .with(Fault::PressureSensorStuck)
     .with(Fault::PressureSensorNoisy)
     .with(Fault::SwitchDisagrees);
 

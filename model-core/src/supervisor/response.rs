@@ -16,9 +16,13 @@ use crate::units::Pressure;
 const BLOCK: u8 = 128;
 /// The sums fade to 1/e in so many blocks, as a power of two.
 const FADES: u32 = 5;
-/// Share that may be missing, in percent, and for how many blocks it must: late valves leave blocks that look like it.
-const MISSING_PERCENT: i64 = 38;
+/// Share that may be missing, in percent, and for how many blocks it must: the first motions of a machine with late valves look
+/// like it.
+const MISSING_PERCENT: i64 = 42;
 const MISSING_BLOCKS: u8 = 12;
+/// A smaller share that may not stay missing: those first motions fade.
+const STILL_MISSING_PERCENT: i64 = 35;
+const STILL_MISSING_BLOCKS: u8 = 40;
 /// The same of the share that may come beyond what is expected.
 const BEYOND_PERCENT: i64 = 30;
 const BEYOND_BLOCKS: u8 = 4;
@@ -38,6 +42,7 @@ pub(super) struct Response {
     against: i64,
     power: i64,
     missing: u8,
+    still_missing: u8,
     beyond: u8,
 }
 
@@ -50,6 +55,7 @@ impl Response {
             against: 0,
             power: 0,
             missing: 0,
+            still_missing: 0,
             beyond: 0,
         }
     }
@@ -62,7 +68,9 @@ impl Response {
         if self.ticks == BLOCK {
             self.end_block();
         }
-        self.missing >= MISSING_BLOCKS || self.beyond >= BEYOND_BLOCKS
+        self.missing >= MISSING_BLOCKS
+            || self.still_missing >= STILL_MISSING_BLOCKS
+            || self.beyond >= BEYOND_BLOCKS
     }
 
     fn end_block(&mut self) {
@@ -73,6 +81,7 @@ impl Response {
         self.power = self.power - (self.power >> FADES) + expected * expected;
         let (percent, all) = (self.against * 100, self.power + LITTLE);
         lasts(&mut self.missing, percent > all * MISSING_PERCENT, MISSING_BLOCKS);
+        lasts(&mut self.still_missing, percent > all * STILL_MISSING_PERCENT, STILL_MISSING_BLOCKS);
         lasts(&mut self.beyond, percent < -all * BEYOND_PERCENT, BEYOND_BLOCKS);
     }
 }
