@@ -112,7 +112,8 @@ struct Venting {
     since_ms: u32,
     fault: Fault,
     reference: Reference,
-    reached_ms: [Option<u32>; 3],
+    /// From when on each is below the limit, ms after the detection.
+    below_since_ms: [Option<u32>; 3],
 }
 
 /// See the module's page.
@@ -246,7 +247,7 @@ impl<'a> Judge<'a> {
             if self.venting.is_none() && FaultSet::of(fault).intersects(FaultSet::VENTING) {
                 let more_comes = self.case.faults.iter().any(|fault| fault.from_ms > now_ms);
                 let reference = Reference::of(plant, LIMIT_KPA, LIMIT_MS, more_comes);
-                self.venting = Some(Venting { since_ms: now_ms, fault, reference, reached_ms: [None; 3] });
+                self.venting = Some(Venting { since_ms: now_ms, fault, reference, below_since_ms: [None; 3] });
                 self.outcome
                     .timeline
                     .push((now_ms, format!("the plant's own vent times: {:?} ms", reference.vented_ms)));
@@ -338,18 +339,24 @@ impl<'a> Judge<'a> {
                 }
                 continue;
             };
-            if kpa < VENTED_KPA && venting.reached_ms[chamber].is_none() {
-                venting.reached_ms[chamber] = Some(after_ms);
-                if own_ms > 0 {
-                    let percent = (u64::from(after_ms) * 100).div_ceil(u64::from(own_ms)) as u32;
-                    let worst = self.outcome.vent_percent.get_or_insert(percent);
-                    *worst = percent.max(*worst);
-                }
+            if kpa < VENTED_KPA {
+                venting.below_since_ms[chamber].get_or_insert(after_ms);
+            } else if after_ms <= own_ms {
+                // Filled by the fuller ones, as in the plant left to itself. What a diagnosis lifts later is another matter.
+                venting.below_since_ms[chamber] = None;
             }
-            open |= venting.reached_ms[chamber].is_none();
+            let reached_ms = venting.below_since_ms[chamber].filter(|_| after_ms >= own_ms);
+            if let Some(reached_ms) = reached_ms
+                && own_ms > 0
+            {
+                let percent = (u64::from(reached_ms) * 100).div_ceil(u64::from(own_ms)) as u32;
+                let worst = self.outcome.vent_percent.get_or_insert(percent);
+                *worst = percent.max(*worst);
+            }
+            open |= reached_ms.is_none();
             // One tick for the readings, which see a tick's end.
             let deadline_ms = (own_ms * 3).div_ceil(2) + 1;
-            if venting.reached_ms[chamber].is_none() && after_ms == deadline_ms + 1 {
+            if reached_ms.is_none() && after_ms == deadline_ms + 1 {
                 let how = format!(
                     "chamber {chamber} at {kpa:.1} kPa {after_ms} ms after detection, own vent time {own_ms} ms"
                 );

@@ -8,10 +8,16 @@ pub const VENTED_KPA: f64 = 10.0;
 /// A chamber that is not vented by then never will be, ms. The slowest plant that is drawn takes 6 s.
 pub const HORIZON_MS: u32 = 12_000;
 
+/// A pump slower than this share of its speed delivers nothing that matters.
+const RUN_DOWN: f64 = 0.01;
+/// A pump that runs though nobody asks for it shows its speed by then, ms.
+const STARTS_MS: u32 = 100;
+
 /// What each chamber does when everything is de-energised.
 #[derive(Clone, Copy, Debug)]
 pub struct Reference {
-    /// When it is below [`VENTED_KPA`], ms from the start; none when it does not get there within [`HORIZON_MS`].
+    /// From when on it stays below [`VENTED_KPA`], ms from the start: the fuller ones may fill it first. None when it does not get
+    /// there within [`HORIZON_MS`].
     pub vented_ms: [Option<u32>; 3],
     /// Where it is in the end, kPa.
     pub end_kpa: [f64; 3],
@@ -24,19 +30,21 @@ impl Reference {
     #[must_use]
     pub fn of(plant: &Plant, limit_kpa: f64, limit_ms: u32, more_comes: bool) -> Self {
         let mut plant = plant.clone();
-        let mut reference = Self { vented_ms: [None; 3], end_kpa: [0.0; 3], over_pressure: false };
+        let mut reference = Self { vented_ms: [Some(0); 3], end_kpa: [0.0; 3], over_pressure: false };
         let mut over_ms = [0; 3];
         for ms in 0..=HORIZON_MS {
-            let chambers_kpa = plant.chambers_kpa();
+            let truth = plant.truth();
+            let chambers_kpa = truth.chambers_kpa;
             for (chamber, kpa) in chambers_kpa.into_iter().enumerate() {
-                if kpa < VENTED_KPA {
-                    reference.vented_ms[chamber].get_or_insert(ms);
+                if kpa >= VENTED_KPA {
+                    reference.vented_ms[chamber] = (ms < HORIZON_MS).then_some(ms + 1);
                 }
                 over_ms[chamber] = if kpa > limit_kpa { over_ms[chamber] + 1 } else { 0 };
                 reference.over_pressure |= over_ms[chamber] > limit_ms;
             }
             reference.end_kpa = chambers_kpa;
-            if reference.all_vent() && !more_comes {
+            let empty = truth.chambers_kpa.iter().chain([&truth.manifold_kpa]).all(|&kpa| kpa < VENTED_KPA);
+            if empty && ms >= STARTS_MS && truth.pump_speed < RUN_DOWN && !more_comes {
                 break;
             }
             plant.step(&Actuation::SAFE);
@@ -66,8 +74,9 @@ mod tests {
     #[test]
     fn a_whole_plant_vents_and_a_broken_one_as_far_as_it_can() {
         let whole = reference(&[]);
-        let [a, b, _] = whole.vented_ms.map(|ms| ms.expect("vents"));
+        let [a, b, filled] = whole.vented_ms.map(|ms| ms.expect("vents"));
         assert!(a >= b && (200..2000).contains(&a), "{whole:?}");
+        assert!(filled.abs_diff(a) < 50, "the fullest fills the emptiest before both vent: {whole:?}");
 
         let own = reference(&[FaultKind::SegmentValveStuck(Segment::Proximal, Passage::Closed)]);
         assert_eq!(own.vented_ms[0], None);
@@ -80,5 +89,12 @@ mod tests {
         assert!(!pump.all_vent() && !pump.over_pressure, "{pump:?}");
         let both = reference(&[FaultKind::PumpStuckOn, FaultKind::DumpStuck(Passage::Closed)]);
         assert!(both.over_pressure, "{both:?}");
+
+        let empty = Plant::new(PlantParameters::default(), Scene::default(), 1);
+        assert_eq!(Reference::of(&empty, 165.0, 20, false).vented_ms, [Some(0); 3]);
+        let faults = [FaultKind::PumpStuckOn, FaultKind::DumpStuck(Passage::Closed)];
+        let scene = Scene::default().with_faults(faults.map(|kind| InjectedFault::lasting(kind, 0)));
+        let started = Reference::of(&Plant::new(PlantParameters::default(), scene, 1), 165.0, 20, false);
+        assert!(started.over_pressure && !started.all_vent(), "it fills an empty finger too: {started:?}");
     }
 }

@@ -68,9 +68,7 @@ impl Response {
         if self.ticks == BLOCK {
             self.end_block();
         }
-        self.missing >= MISSING_BLOCKS
-            || self.still_missing >= STILL_MISSING_BLOCKS
-            || self.beyond >= BEYOND_BLOCKS
+        self.missing >= MISSING_BLOCKS || self.still_missing >= STILL_MISSING_BLOCKS || self.beyond >= BEYOND_BLOCKS
     }
 
     fn end_block(&mut self) {
