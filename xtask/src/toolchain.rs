@@ -111,12 +111,19 @@ pub fn set_up_emulator() -> Result<()> {
     install(&EMULATOR_PACKAGES)
 }
 
-/// Finds Chromium, in which the report is tested, installing it where that can be done.
-pub fn set_up_browser() -> Result<()> {
+/// Whether there is a Chromium where the tests of the report look for it.
+pub fn has_browser() -> bool {
     let runs = |program: &str| command(program).arg("--version").output().is_ok_and(|output| output.status.success());
-    // The names that the tests look for; CHROME goes before them.
     let named = std::env::var("CHROME").is_ok_and(|program| runs(&program));
-    if named || ["google-chrome-stable", "chromium", "chromium-browser"].into_iter().any(runs) {
+    named || ["google-chrome-stable", "chromium", "chromium-browser"].into_iter().any(runs)
+}
+
+/// Finds Chromium, in which the report is tested, installing it where that can be done.
+///
+/// # Errors
+/// When there is none, and none can be installed.
+pub fn set_up_browser() -> Result<()> {
+    if has_browser() {
         return Ok(());
     }
     if !apt_as_root() {

@@ -2,7 +2,7 @@
 
 use super::draw::{Case, Drawn};
 use super::kind::{Kind, fault_name};
-use super::shows::{Commanded, Showing, hazards};
+use super::shows::{Commanded, Showing, hazards, own_valve_closed};
 use super::vent::{HORIZON_MS, Reference, VENTED_KPA};
 use crate::plant::Plant;
 use model_core::actuation::Actuation;
@@ -273,7 +273,10 @@ impl<'a> Judge<'a> {
         }
         let energised = actuation != Actuation::SAFE;
         if energised && !self.energised {
-            let vents = |chamber: usize| reference.vented_ms[chamber].is_some();
+            // What leaves through a hole alone, behind its own stuck valve, is nothing that can vent.
+            let vents = |chamber: usize| {
+                reference.vented_ms[chamber].is_some() && !own_valve_closed(self.case, now_ms, chamber)
+            };
             let full = (0..3).find(|&chamber| vents(chamber) && chambers_kpa[chamber] >= VENTED_KPA);
             if let Some(chamber) = full {
                 let kpa = chambers_kpa[chamber];

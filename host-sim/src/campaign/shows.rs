@@ -362,15 +362,20 @@ fn leak_kpa_per_s(case: &Case, truth: &Truth, segment: usize) -> f64 {
     truth.leak_flows_nl_per_s[segment] * 100.0 / chamber_l
 }
 
+/// Whether this chamber's own valve is stuck closed.
+#[must_use]
+pub fn own_valve_closed(case: &Case, now_ms: u32, chamber: usize) -> bool {
+    case.faults.iter().any(|fault| {
+        fault.kind == Kind::ValveStuckClosed && fault.segment == Segment::ALL[chamber] && fault.from_ms <= now_ms
+    })
+}
+
 /// What keeps chambers from venting, by name; empty when nothing does.
 #[must_use]
 pub fn hazards(case: &Case, now_ms: u32, chamber: usize) -> Vec<&'static str> {
     let present = |kind: Kind| case.faults.iter().any(|fault| fault.kind == kind && fault.from_ms <= now_ms);
-    let own = case.faults.iter().any(|fault| {
-        fault.kind == Kind::ValveStuckClosed && fault.segment == Segment::ALL[chamber] && fault.from_ms <= now_ms
-    });
     [
-        (own, "own valve stuck closed"),
+        (own_valve_closed(case, now_ms, chamber), "own valve stuck closed"),
         (present(Kind::DumpStuckClosed), "dump stuck closed"),
         (present(Kind::PumpStuckOn), "pump stuck on"),
     ]

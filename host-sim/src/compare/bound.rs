@@ -14,8 +14,9 @@
 //!    as in 1. What unequal shares could gain by bending later is of second order; the tests search for it and find nothing.
 //! 3. *Several unlike.* Each alone, and each group of chambers that are alike, is a bound. So is their sum, S: by the same concavity
 //!    the air gets in fastest where it is shared in stairs, the lowest first, and no chamber beyond its band. Every chamber
-//!    that is not full counts as an open valve to their mean, in its largest volume; (N, S) is cooperative, and the step is not done
-//!    before S is what the chambers need, each as in 1 and 2.
+//!    that is not full counts as an open valve to their mean, in the largest volume that it can have by then, which by 1 is that of a
+//!    chamber with the pump to itself; (N, S) is cooperative, and the step is not done before S is what the chambers need, each
+//!    as in 1 and 2.
 //! 4. *Falling* is the same with the dump valve for the pump and every inequality turned round; leaks help. Chambers that fall to
 //!    one reference from different pressures come together within some ten milliseconds through the manifold: their mean falls as
 //!    in 2.

@@ -44,7 +44,7 @@ impl Hunting {
     }
 
     /// By how much its band is wider.
-    pub(super) fn widens(&self) -> Pressure {
+    pub(super) fn widens(self) -> Pressure {
         (0..self.turns.saturating_sub(FREE)).fold(Pressure::ZERO, |sum, _| sum + WIDENS)
     }
 }

@@ -377,7 +377,7 @@ impl Regulator {
             } else if (view.ahead.manifold - get(&view.ahead.chambers, index)).abs() > FAR {
                 FAR_BAND
             } else {
-                HOLD_BAND + self.hunting.get(index).map_or(Pressure::ZERO, Hunting::widens)
+                HOLD_BAND + self.hunting.get(index).map_or(Pressure::ZERO, |hunting| hunting.widens())
             }
         })
     }

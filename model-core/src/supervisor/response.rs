@@ -4,9 +4,10 @@
 //! pump that is weak, a dump that is stuck, air that goes elsewhere show in the same way. A valve that does not open leaves the
 //! manifold alone, which then moves further than it should. In blocks of 128 ms, longer than any dead time, the motion that the
 //! model expects is compared with what the readings corrected: r = -sum(c e) / sum(e e), faded over the last 32 blocks, is the
-//! share that did not come. In 400 runs of host-sim's campaign it stayed within -0.17 and 0.22 for as long as is asked for here
-//! on a sound machine, below 0.36 with valves of four times the nominal dead time; it came to 0.42 to 0.9 with a valve stuck
-//! open, and to -0.35 and less with one stuck closed whose chamber the bend did not tell.
+//! share that did not come. The first motions of a sound machine with late valves can
+//! leave 0.53, and more than 0.36 for three seconds, and that fades; the worst of 70,000 runs of host-sim's campaign is its
+//! `--seed 2026 --replay 89346`. With a valve stuck open it comes to 0.36 to 0.9 and stays, with one stuck closed whose
+//! chamber the bend does not tell to -0.35 and less. So a large share is believed soon, a smaller one late.
 
 use super::held::lasts;
 use crate::observer::Air;
@@ -18,13 +19,13 @@ const BLOCK: u8 = 128;
 const FADES: u32 = 5;
 /// Share that may be missing, in percent, and for how many blocks it must: the first motions of a machine with late valves look
 /// like it.
-const MISSING_PERCENT: i64 = 42;
+const MISSING_PERCENT: i64 = 50;
 const MISSING_BLOCKS: u8 = 12;
 /// A smaller share that may not stay missing: those first motions fade.
-const STILL_MISSING_PERCENT: i64 = 35;
-const STILL_MISSING_BLOCKS: u8 = 40;
+const STILL_MISSING_PERCENT: i64 = 36;
+const STILL_MISSING_BLOCKS: u8 = 44;
 /// The same of the share that may come beyond what is expected.
-const BEYOND_PERCENT: i64 = 30;
+const BEYOND_PERCENT: i64 = 33;
 const BEYOND_BLOCKS: u8 = 4;
 /// Motion (kPa squared, in the sum) below which the share is damped: errors of the estimates where little moves.
 const LITTLE: i64 = 128 << (2 * FRACTION);

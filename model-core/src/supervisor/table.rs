@@ -180,7 +180,7 @@ pub const TABLE: [Row; 41] = [
     ),
     row(
         Fault::AirDisagrees,
-        "of what the manifold should have moved in the last 4 s it has not moved 0.42, for 1.5 s, or 0.35, for 5 s; or it has moved 0.3 more, for 0.5 s (least squares)",
+        "of what the manifold should have moved in the last 4 s it has not moved 0.5, for 1.5 s, or 0.36, for 5.6 s; or it has moved 0.33 more, for 0.5 s (least squares)",
         12000,
         Vent,
         Medium,

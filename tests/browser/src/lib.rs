@@ -10,26 +10,19 @@
 //! # anyhow::Ok(())
 //! ```
 
-use anyhow::{Context, Result, anyhow};
-use headless_chrome::browser::default_executable;
-use headless_chrome::browser::tab::Tab;
-use headless_chrome::protocol::cdp::types::Event;
-use headless_chrome::protocol::cdp::{Emulation, Input, Log, Network, Page as PageDomain, Runtime};
-use headless_chrome::{Browser, LaunchOptions};
+mod devtools;
+
+use anyhow::{Context, Result, bail};
+use devtools::Tab;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
-use std::ffi::OsStr;
+use std::cell::RefCell;
 use std::path::Path;
-use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
-use tempfile::TempDir;
+
+pub use devtools::chromium;
 
 /// The window, pixels.
 const WINDOW: (u32, u32) = (1200, 1000);
-/// A busy machine may take its time.
-const PATIENCE: Duration = Duration::from_mins(2);
-/// Nothing that a browser does of itself, so that every request is the page's.
-const ARGUMENTS: [&str; 4] = ["--disable-quic", "--disable-component-update", "--disable-gpu", "--hide-scrollbars"];
 
 /// How a page is shown.
 #[derive(Clone, Copy, Debug)]
@@ -46,16 +39,12 @@ impl Default for Setting {
     }
 }
 
-/// What was heard: console errors, exceptions, and requests for anything but the page.
-type Heard = Arc<Mutex<Vec<String>>>;
-
 /// An open page.
 pub struct Page {
-    tab: Arc<Tab>,
-    heard: Heard,
-    _browser: Browser,
-    // Removed after the browser has ended.
-    _profile: TempDir,
+    tab: RefCell<Tab>,
+    url: String,
+    /// What was heard: console errors, exceptions, and requests for anything but the page.
+    heard: RefCell<Vec<String>>,
 }
 
 impl Page {
@@ -65,32 +54,23 @@ impl Page {
     /// When there is no browser, or it does not open the file.
     pub fn open(file: &Path, setting: Setting) -> Result<Self> {
         let file = file.canonicalize().with_context(|| format!("no page {}", file.display()))?;
-        let program =
-            default_executable().map_err(|why| anyhow!("no Chromium ({why}): install it, or name it in CHROME"))?;
-        let profile = tempfile::tempdir()?;
-        let options = LaunchOptions::default_builder()
-            .path(Some(program))
-            // Its sandbox needs a user who is not root, or rights that containers do not have; the page is our own.
-            .sandbox(false)
-            .window_size(Some(WINDOW))
-            .user_data_dir(Some(profile.path().to_path_buf()))
-            .idle_browser_timeout(PATIENCE)
-            .args(ARGUMENTS.iter().map(OsStr::new).collect())
-            .build()?;
-        let browser = Browser::new(options).context("Chromium does not start")?;
-        let tab = browser.new_tab()?;
-        tab.set_default_timeout(PATIENCE);
         let url = format!("file://{}", file.display());
-        let heard = Heard::default();
-        tab.add_event_listener(Arc::new(listener(url.clone(), Arc::clone(&heard))))?;
-        tab.enable_runtime()?.enable_log()?;
-        tab.call_method(serde_json::from_value::<Network::Enable>(json!({}))?)?;
+        let mut tab = Tab::open(WINDOW)?;
+        for domain in ["Page", "Runtime", "Log", "Network"] {
+            tab.command(&format!("{domain}.enable"), &json!({}))?;
+        }
         let scheme = if setting.dark { "dark" } else { "light" };
         let media = json!({ "features": [{ "name": "prefers-color-scheme", "value": scheme }] });
-        tab.call_method(serde_json::from_value::<Emulation::SetEmulatedMedia>(media)?)?;
-        tab.call_method(Emulation::SetScriptExecutionDisabled { value: !setting.scripts })?;
-        tab.navigate_to(&url)?.wait_until_navigated()?;
-        Ok(Self { tab, heard, _browser: browser, _profile: profile })
+        tab.command("Emulation.setEmulatedMedia", &media)?;
+        tab.command("Emulation.setScriptExecutionDisabled", &json!({ "value": !setting.scripts }))?;
+        // The empty page's.
+        tab.events().for_each(drop);
+        let answer = tab.command("Page.navigate", &json!({ "url": url }))?;
+        if let Some(why) = answer["errorText"].as_str() {
+            bail!("{url}: {why}");
+        }
+        tab.wait_for("Page.loadEventFired")?;
+        Ok(Self { tab: RefCell::new(tab), url, heard: RefCell::default() })
     }
 
     /// Value of a JavaScript expression; a promise's once it is there.
@@ -98,11 +78,13 @@ impl Page {
     /// # Errors
     /// When it throws, or is not of this type.
     pub fn evaluate<T: DeserializeOwned>(&self, expression: &str) -> Result<T> {
-        let wrapped = format!("Promise.resolve({expression}).then((value) => JSON.stringify(value))");
-        let object = self.tab.evaluate(&wrapped, true)?;
-        let text = object.value.as_ref().and_then(Value::as_str);
-        let text = text.ok_or_else(|| anyhow!("{expression}: {}", object.description.unwrap_or_default()))?;
-        serde_json::from_str(text).with_context(|| format!("{expression} is {text}"))
+        let parameters = json!({ "expression": expression, "awaitPromise": true, "returnByValue": true });
+        let mut answer = self.tab.borrow_mut().command("Runtime.evaluate", &parameters)?;
+        if !answer["exceptionDetails"].is_null() {
+            bail!("{expression}: {}", answer["exceptionDetails"]);
+        }
+        let value = answer["result"]["value"].take();
+        serde_json::from_value(value.clone()).with_context(|| format!("{expression} is {value}"))
     }
 
     /// Waits until the page has drawn what it was told to.
@@ -161,45 +143,63 @@ impl Page {
             event["buttons"] = 1.into();
             event["clickCount"] = clicks.into();
         }
-        self.tab.call_method(serde_json::from_value::<Input::DispatchMouseEvent>(event)?)?;
-        Ok(())
-    }
-
-    /// What the window shows, as a PNG.
-    ///
-    /// # Errors
-    /// When the browser does not answer.
-    pub fn picture(&self) -> Result<Vec<u8>> {
-        self.tab.capture_screenshot(PageDomain::CaptureScreenshotFormatOption::Png, None, None, true)
+        self.tab.borrow_mut().command("Input.dispatchMouseEvent", &event).map(drop)
     }
 
     /// Console errors, exceptions, and requests for anything but the page, in their order.
     #[must_use]
     pub fn complaints(&self) -> Vec<String> {
-        self.heard.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        let mut heard = self.heard.borrow_mut();
+        heard.extend(self.tab.borrow_mut().events().filter_map(|(event, of)| complaint(&self.url, &event, &of)));
+        heard.clone()
     }
 }
 
-fn listener(page: String, heard: Heard) -> impl Fn(&Event) {
-    move |event| {
-        let complaint = match event {
-            Event::RuntimeExceptionThrown(event) => Some(format!("exception: {:?}", event.params.exception_details)),
-            Event::RuntimeConsoleAPICalled(event)
-                if event.params.Type == Runtime::ConsoleAPICalledEventTypeOption::Error =>
-            {
-                Some(format!("console: {:?}", event.params.args))
-            }
-            Event::LogEntryAdded(event) if event.params.entry.level == Log::LogEntryLevel::Error => {
-                Some(format!("log: {}", event.params.entry.text))
-            }
-            Event::NetworkRequestWillBeSent(event) => {
-                let url = &event.params.request.url;
-                (*url != page && !url.starts_with("data:")).then(|| format!("request: {url}"))
-            }
-            _ => None,
-        };
-        if let Some(complaint) = complaint {
-            heard.lock().unwrap_or_else(PoisonError::into_inner).push(complaint);
+fn complaint(page: &str, event: &str, of: &Value) -> Option<String> {
+    match event {
+        "Runtime.exceptionThrown" => Some(format!("exception: {}", of["exceptionDetails"])),
+        "Runtime.consoleAPICalled" if of["type"] == "error" => Some(format!("console: {}", of["args"])),
+        "Log.entryAdded" if of["entry"]["level"] == "error" => Some(format!("log: {}", of["entry"]["text"])),
+        "Network.requestWillBeSent" => {
+            let url = of["request"]["url"].as_str().unwrap_or_default();
+            (url != page && !url.starts_with("data:")).then(|| format!("request: {url}"))
         }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A page that does all that a report must not do is heard; one that does nothing is not.
+    #[test]
+    fn what_goes_wrong_in_a_page_is_heard() {
+        let place = tempfile::tempdir().expect("a folder");
+        let heard_of = |name: &str, body: &str| {
+            let file = place.path().join(name);
+            std::fs::write(&file, format!("<!doctype html><title>x</title><body>{body}</body>")).expect("written");
+            let page = Page::open(&file, Setting::default()).expect("opens");
+            page.settle().expect("draws");
+            page.complaints()
+        };
+        assert_eq!(heard_of("quiet.html", "<p>nothing</p>"), Vec::<String>::new());
+        let wrong = "<img src='missing.png'><script>console.error('no'); throw new Error('oh');</script>";
+        let heard = heard_of("wrong.html", wrong).join("\n");
+        for part in ["request: file://", "missing.png", "console: ", "exception: ", "Error: oh"] {
+            assert!(heard.contains(part), "{part} in {heard}");
+        }
+    }
+
+    #[test]
+    fn an_expression_that_throws_says_so() {
+        let place = tempfile::tempdir().expect("a folder");
+        let file = place.path().join("page.html");
+        std::fs::write(&file, "<!doctype html><title>x</title>").expect("written");
+        let page = Page::open(&file, Setting::default()).expect("opens");
+        assert_eq!(page.evaluate::<Vec<u32>>("Promise.resolve([1, 2])").expect("a list"), [1, 2]);
+        let error = page.evaluate::<u32>("nowhere.to_be_found").expect_err("it throws").to_string();
+        assert!(error.contains("ReferenceError"), "{error}");
+        assert!(Page::open(&place.path().join("none.html"), Setting::default()).is_err());
     }
 }
