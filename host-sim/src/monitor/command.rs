@@ -55,6 +55,9 @@ pub(crate) struct MonitorArguments {
     /// Without a dashboard: runs this sequence, to its end unless --for says otherwise.
     #[arg(long, value_name = "NAME", value_parser = sequence, conflicts_with = "replay")]
     sequence: Option<&'static Sequence>,
+    /// Without a dashboard: when the sequence has ended, the device uses what it has identified (sequence calibrate), and stores it.
+    #[arg(long, requires = "sequence", conflicts_with = "seconds")]
+    adopt: bool,
     /// Without a dashboard: ends so many seconds after the first frame.
     #[arg(long = "for", value_name = "SECONDS", value_parser = seconds, conflicts_with = "replay")]
     seconds: Option<f64>,
@@ -123,7 +126,7 @@ pub(crate) fn execute(arguments: &MonitorArguments, emulator: Option<&Emulator>)
         return Ok(());
     }
     let for_ms = arguments.seconds.map(|seconds| (seconds * 1000.0) as u64);
-    let mut script = Script::new(calibrate(&calibration), arguments.sequence, for_ms);
+    let mut script = Script::new(calibrate(&calibration), arguments.sequence, for_ms).adopting(arguments.adopt);
     let (summary, failure) = headless::run(&mut live, &mut script, &stop)?;
     tell(&summary, arguments.json)?;
     match failure {

@@ -3,7 +3,8 @@
 use super::requests::Outcome;
 use core::fmt;
 use fixed::types::I8F24;
-use model_core::protocol::{Identity, LinkCommand};
+use model_core::actuation::Segment;
+use model_core::protocol::{IdentifiedSegment, Identity, LinkCommand};
 use model_core::units::{Bend, Pressure};
 
 /// Between two events of one row.
@@ -20,6 +21,8 @@ const RESTARTED: &str = "device started anew";
 pub enum Event {
     /// The device said who it is.
     Device(Identity),
+    /// The device said what it has identified.
+    Identified([IdentifiedSegment; 3]),
     /// What became of a request.
     Request(Outcome),
     /// A request was not sent, because the link was lost.
@@ -44,6 +47,11 @@ impl fmt::Display for Event {
                 let [a, b, c] = identity.serial;
                 write!(f, "device: firmware {} serial {a:08x}{b:08x}{c:08x}", identity.firmware)?;
                 write!(f, " started by {:?}", identity.reset_cause)
+            }
+            Self::Identified(segments) => {
+                let ready = Segment::ALL.into_iter().zip(segments).filter(|(_, own)| own.ready);
+                let each: Vec<_> = ready.map(|(segment, own)| coefficients(segment, own.coefficients)).collect();
+                write!(f, "identified: {}", if each.is_empty() { "nothing yet".into() } else { each.join("; ") })
             }
             Self::Request(Outcome::Taken(command)) => write!(f, "taken: {}", name(command)),
             Self::Request(Outcome::Refused(command, reason)) => write!(f, "refused: {} ({reason:?})", name(command)),
@@ -88,6 +96,12 @@ pub fn is_restart(event: &str) -> bool {
     event == RESTARTED
 }
 
+/// A segment's coefficients in words; of 2^-24 kPa.
+fn coefficients(segment: Segment, bits: [i32; 3]) -> String {
+    let [k, c1, c2] = bits.map(|bits| I8F24::from_bits(bits).to_num::<f64>());
+    format!("{} k {k:.3} c1 {c1:.3} c2 {c2:.3} kPa", segment.name())
+}
+
 /// A request in words.
 #[must_use]
 pub fn name(command: &LinkCommand) -> String {
@@ -106,8 +120,7 @@ pub fn name(command: &LinkCommand) -> String {
         LinkCommand::Bends(bits) => format!("bends {}", three(bits.map(|bits| Bend::from_bits(bits).to_f64()), "deg")),
         LinkCommand::ZeroSensors => "zero sensors".into(),
         LinkCommand::Calibrate { segment, k, c1, c2 } => {
-            let [k, c1, c2] = [*k, *c1, *c2].map(|bits| I8F24::from_bits(bits).to_num::<f64>());
-            format!("calibrate {} k {k:.3} c1 {c1:.3} c2 {c2:.3} kPa", segment.name())
+            format!("calibrate {}", coefficients(*segment, [*k, *c1, *c2]))
         }
         LinkCommand::Identify => "identify".into(),
         LinkCommand::ClearFault => "clear fault".into(),

@@ -45,6 +45,8 @@ pub enum Question {
     Zero,
     /// Whether to send the coefficients given on the command line.
     Calibrate,
+    /// Whether the device shall use what it has identified, which it was just asked for.
+    Adopt,
     /// Nothing, but the keys are explained.
     Help,
 }
@@ -98,6 +100,7 @@ impl Keys {
                 Question::Values { bends, text, .. } => self.values(bends, text, code),
                 Question::Zero => confirmed(code, || vec![LinkCommand::ZeroSensors]),
                 Question::Calibrate => confirmed(code, || calibrate(&self.calibration)),
+                Question::Adopt => confirmed(code, || vec![LinkCommand::AdoptIdentified]),
             },
         }
     }
@@ -118,6 +121,10 @@ impl Keys {
             KeyCode::Char('g') => return ask(LinkCommand::Resume),
             KeyCode::Char('c') => return ask(LinkCommand::ClearFault),
             KeyCode::Char('z') => self.question = Question::Zero,
+            KeyCode::Char('i') => {
+                self.question = Question::Adopt;
+                return ask(LinkCommand::Identification);
+            }
             KeyCode::Char('l') if self.calibration.iter().any(Option::is_some) => self.question = Question::Calibrate,
             KeyCode::Char(key @ ('s' | 'b')) => {
                 self.question = Question::Values { bends: key == 'b', text: String::new(), wrong: None };
@@ -188,7 +195,7 @@ mod tests {
 
     #[test]
     fn venting_wins_over_every_open_question() {
-        for opener in letters("rsbzl?q") {
+        for opener in letters("rsbzil?q") {
             let mut keys = Keys { calibration: [Some(model_core::calibration::DEFAULT); 3], ..Keys::default() };
             press(&mut keys, &[opener]);
             assert_eq!(press(&mut keys, &letters("v")), [Action::Ask(LinkCommand::Vent)], "{opener:?}");
@@ -224,6 +231,9 @@ mod tests {
         let mut keys = Keys::default();
         assert_eq!(press(&mut keys, &letters("zn")), []);
         assert_eq!(press(&mut keys, &letters("zy")), [Action::Ask(LinkCommand::ZeroSensors)]);
+        assert_eq!(press(&mut keys, &letters("in")), [Action::Ask(LinkCommand::Identification)]);
+        let adopts = [LinkCommand::Identification, LinkCommand::AdoptIdentified].map(Action::Ask);
+        assert_eq!(press(&mut keys, &letters("iy")), adopts);
         assert_eq!(press(&mut keys, &letters("ly")), [], "no coefficients were given");
         keys.calibration[1] = Some(model_core::calibration::DEFAULT);
         let sent = press(&mut keys, &letters("ly"));
@@ -233,7 +243,7 @@ mod tests {
     #[test]
     fn a_replay_asks_nothing_of_a_device() {
         let mut keys = Keys { replay: true, ..Keys::default() };
-        assert_eq!(press(&mut keys, &letters("vrpgczsb")), []);
+        assert_eq!(press(&mut keys, &letters("vrpgczsbi")), []);
         assert_eq!(press(&mut keys, &letters(" aq")), [Action::Hold, Action::Acknowledge, Action::Quit]);
     }
 }

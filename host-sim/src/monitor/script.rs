@@ -1,4 +1,5 @@
-//! What is asked of a device without anybody at the keys: coefficients, then a sequence to its end. No clock, no I/O.
+//! What is asked of a device without anybody at the keys: coefficients, then a sequence to its end, then to use what it found. No
+//! clock, no I/O.
 
 use super::event;
 use super::requests::Outcome;
@@ -29,6 +30,9 @@ pub enum Stage {
 #[derive(Debug)]
 pub struct Script {
     to_ask: VecDeque<LinkCommand>,
+    /// What is asked when the sequence has ended, and whether it was.
+    at_the_end: Option<LinkCommand>,
+    asked_at_the_end: bool,
     sequence: Option<&'static Sequence>,
     /// Time to record, ms from the first frame on.
     for_ms: Option<u64>,
@@ -47,7 +51,24 @@ impl Script {
         let run = sequence.and_then(|sequence| SequenceName::try_from(sequence.name).ok()).map(LinkCommand::Run);
         let to_ask: VecDeque<_> = calibration.into_iter().chain(run).collect();
         let stage = if to_ask.is_empty() { Stage::Running } else { Stage::Asking };
-        Self { to_ask, sequence, for_ms, stage, first_ms: None, started_ms: None, ran: false }
+        let (at_the_end, asked_at_the_end) = (None, false);
+        Self {
+            to_ask,
+            at_the_end,
+            asked_at_the_end,
+            sequence,
+            for_ms,
+            stage,
+            first_ms: None,
+            started_ms: None,
+            ran: false,
+        }
+    }
+
+    /// When the sequence has ended the device is to use what it has identified.
+    #[must_use]
+    pub fn adopting(self, adopts: bool) -> Self {
+        Self { at_the_end: adopts.then_some(LinkCommand::AdoptIdentified), ..self }
     }
 
     /// How far it is.
@@ -81,6 +102,10 @@ impl Script {
         for outcome in &outcomes {
             match outcome {
                 Outcome::Taken(LinkCommand::Run(_)) => self.started_ms = Some(now_ms),
+                Outcome::Taken(command) if self.at_the_end.as_ref() == Some(command) => {
+                    self.at_the_end = None;
+                    self.stage = Stage::Finished(now_ms);
+                }
                 Outcome::Taken(_) => {}
                 Outcome::Refused(command, reason) => {
                     self.stage = Stage::Failed(format!("the device refused: {} ({reason:?})", event::name(command)));
@@ -107,6 +132,13 @@ impl Script {
             (Stage::Running, Some(LinkMode::Vented)) if self.ran || self.must_be_over(now_ms) => {
                 self.stage = Stage::Finished(now_ms);
             }
+            (Stage::Finished(_), Some(LinkMode::Faulted(_))) if self.at_the_end.is_some() => {
+                self.stage = Stage::Failed("a fault came before what was identified was taken".into());
+            }
+            (Stage::Finished(_), Some(LinkMode::Vented)) if session.idle() && !self.asked_at_the_end => {
+                self.asked_at_the_end = true;
+                return self.at_the_end.clone();
+            }
             _ => {}
         }
         None
@@ -123,7 +155,7 @@ impl Script {
     pub fn over(&self, now_ms: u64) -> bool {
         match (self.for_ms, &self.stage) {
             (Some(span), _) => now_ms >= self.first_ms.unwrap_or(0) + span,
-            (None, Stage::Finished(at)) => now_ms >= at + AFTER_MS,
+            (None, Stage::Finished(at)) => self.at_the_end.is_none() && now_ms >= at + AFTER_MS,
             (None, Stage::Failed(_)) => true,
             (None, _) => false,
         }
@@ -194,6 +226,17 @@ mod tests {
         let mut script = Script::new(Vec::new(), library::find("all"), None);
         play(&mut script, None, LinkMode::Faulted(4));
         assert!(matches!(script.stage(), Stage::Failed(_)), "{script:?}");
+    }
+
+    #[test]
+    fn what_was_identified_is_adopted_after_the_sequence() {
+        let mut script = Script::new(Vec::new(), library::find("calibrate"), None).adopting(true);
+        let (asked, end) = play(&mut script, None, LinkMode::Vented);
+        assert_eq!(asked, [run("calibrate"), LinkCommand::AdoptIdentified]);
+        assert!(matches!(script.stage(), Stage::Finished(_)) && (3300..3700).contains(&end), "{end} {script:?}");
+        let mut script = Script::new(Vec::new(), library::find("calibrate"), None).adopting(true);
+        let (asked, _) = play(&mut script, None, LinkMode::Faulted(4));
+        assert_eq!(asked, [run("calibrate")], "not after a fault");
     }
 
     #[test]

@@ -6,7 +6,7 @@ use super::requests::{Outcome, Requests};
 use crate::report::record::{Record, Source};
 use fixed::types::I8F24;
 use model_core::inverse::Tabulated;
-use model_core::protocol::{Identity, LinkCommand, LinkMode, Report};
+use model_core::protocol::{IdentifiedSegment, Identity, LinkCommand, LinkMode, Report};
 use model_core::units::{Coefficients, Pressure};
 
 /// Time without a frame after which the link counts as lost, ms.
@@ -35,6 +35,7 @@ pub struct Session {
     /// The port is open.
     open: bool,
     identity: Option<Identity>,
+    identified: Option<[IdentifiedSegment; 3]>,
     model: Option<[Tabulated; 3]>,
     /// Longest gap without a frame, ms, and how many there were.
     gaps: u32,
@@ -61,6 +62,7 @@ impl Session {
             connection: Connection::Waiting,
             open: false,
             identity: None,
+            identified: None,
             model: None,
             gaps: 0,
             longest_gap_ms: 0,
@@ -90,6 +92,12 @@ impl Session {
     #[must_use]
     pub const fn identity(&self) -> Option<&Identity> {
         self.identity.as_ref()
+    }
+
+    /// What the device has identified of each segment, once it has answered the last request for it.
+    #[must_use]
+    pub const fn identified(&self) -> Option<&[IdentifiedSegment; 3]> {
+        self.identified.as_ref()
     }
 
     /// How often the link was lost, and the longest time for which no frame came, ms.
@@ -124,6 +132,9 @@ impl Session {
 
     /// Asks the device.
     pub fn ask(&mut self, command: LinkCommand) {
+        if command == LinkCommand::Identification {
+            self.identified = None;
+        }
         self.requests.ask(command);
     }
 
@@ -199,8 +210,12 @@ impl Session {
                     }
                     rows.push(self.finished(row));
                 }
-                Report::Identity(identity) => self.identified(identity),
-                Report::Ack { .. } | Report::Nack { .. } | Report::Identification { .. } => {}
+                Report::Identity(identity) => self.introduced(identity),
+                Report::Identification { segments, .. } => {
+                    self.events.push(Event::Identified(segments));
+                    self.identified = Some(segments);
+                }
+                Report::Ack { .. } | Report::Nack { .. } => {}
             }
             self.note(outcome);
         }
@@ -226,7 +241,7 @@ impl Session {
         was_down
     }
 
-    fn identified(&mut self, identity: Identity) {
+    fn introduced(&mut self, identity: Identity) {
         let coefficients = identity.coefficients.map(|bits| {
             let [k, c1, c2] = bits.map(I8F24::from_bits);
             Coefficients::new(k, c1, c2).ok()
@@ -241,8 +256,12 @@ impl Session {
 
     fn note(&mut self, outcome: Option<Outcome>) {
         match outcome {
-            // It is noted with what it says, and asked again when frames come.
-            None | Some(Outcome::Taken(LinkCommand::Identify) | Outcome::Unanswered(LinkCommand::Identify)) => {}
+            // What says something is noted with what it says; who the device is, is asked again when frames come.
+            None
+            | Some(
+                Outcome::Taken(LinkCommand::Identify | LinkCommand::Identification)
+                | Outcome::Unanswered(LinkCommand::Identify),
+            ) => {}
             Some(outcome) => {
                 if let Outcome::Taken(LinkCommand::Calibrate { .. } | LinkCommand::AdoptIdentified) = outcome {
                     self.requests.ask(LinkCommand::Identify);
@@ -292,7 +311,7 @@ impl Session {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::{frame, identity, requests, run, telemetry, told};
+    use super::super::testing::{frame, identified, identity, requests, run, telemetry, told};
     use super::*;
     use model_core::protocol::Reason;
 
@@ -396,6 +415,22 @@ mod tests {
         session.bytes(23, &frame(&Report::Ack { id }));
         let row = &session.bytes(30, &frame(&telemetry(10)))[0];
         assert!(row.event.ends_with("refused: run grasp (SelfTesting) | taken: vent"), "{}", row.event);
+    }
+
+    #[test]
+    fn what_was_identified_is_known_and_noted_until_it_is_asked_again() {
+        let mut session = session();
+        session.ask(LinkCommand::Identification);
+        assert_eq!(session.identified(), None);
+        let id = requests(&session.tick(21).0)[0].id;
+        let segments = identified();
+        session.bytes(22, &frame(&Report::Identification { id, segments }));
+        assert_eq!(session.identified(), Some(&segments));
+        let row = &session.bytes(30, &frame(&telemetry(10)))[0];
+        let told = "identified: proximal k 12.000 c1 11.000 c2 0.500 kPa";
+        assert!(row.event.ends_with(told), "{}", row.event);
+        session.ask(LinkCommand::Identification);
+        assert_eq!(session.identified(), None);
     }
 
     #[test]

@@ -100,6 +100,7 @@ fn status(live: &Live) -> Status {
         quality: *session.quality(),
         recording,
         asked: session.asked().filter(|command| **command != LinkCommand::Identify).map(event::name),
+        identified: session.identified().copied(),
         replay: None,
     }
 }
@@ -117,6 +118,7 @@ pub fn replay_status(playback: &Playback, file: &str) -> Status {
         quality: Quality::default(),
         recording: Ok(String::new()),
         asked: None,
+        identified: None,
         replay: Some((place, end, playback.held || playback.over())),
     }
 }

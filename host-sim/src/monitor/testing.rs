@@ -4,7 +4,8 @@ pub use super::requests::frame;
 
 use model_core::actuation::Actuation;
 use model_core::protocol::{
-    Decoder, Identity, LinkCommand, LinkMode, Report, Request, ResetCause, SequenceName, Telemetry, outputs_of,
+    Decoder, IdentifiedSegment, Identity, LinkCommand, LinkMode, Report, Request, ResetCause, SequenceName, Telemetry,
+    outputs_of,
 };
 
 /// Telemetry of a vented device at this time.
@@ -52,6 +53,15 @@ pub fn identity(id: u16) -> Report {
         bend_zero: 0,
         sequences: 15,
     })
+}
+
+/// What a device has identified after some steps of the proximal segment.
+pub fn identified() -> [IdentifiedSegment; 3] {
+    let coefficients = [12.0, 11.0, 0.5].map(|kpa| fixed::types::I8F24::from_num(kpa).to_bits());
+    let (residual_pressure, residual_bend) = (1 << 15, 26_214);
+    let ready = IdentifiedSegment { coefficients, residual_pressure, residual_bend, points: 14, ready: true };
+    let not_yet = IdentifiedSegment { points: 2, ready: false, ..ready };
+    [ready, not_yet, IdentifiedSegment { points: 0, ..not_yet }]
 }
 
 /// The request that starts a sequence.

@@ -10,6 +10,7 @@ use super::keys::Keys;
 use super::link::Quality;
 use super::session::Connection;
 use super::state::State;
+use model_core::protocol::IdentifiedSegment;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout};
 use ratatui::style::{Color, Modifier, Style};
@@ -47,6 +48,8 @@ pub struct Status {
     pub recording: Result<String, String>,
     /// The request that waits for its answer.
     pub asked: Option<String>,
+    /// What the device has identified, once it has answered.
+    pub identified: Option<[IdentifiedSegment; 3]>,
     /// A replay's place and end, ms, and whether it stands still.
     pub replay: Option<(u32, u32, bool)>,
 }
@@ -83,7 +86,7 @@ pub fn draw(frame: &mut Frame, state: &State, keys: &Keys, status: &Status) {
     panels::link(frame, link, state, status);
     panels::events(frame, log, state);
     frame.render_widget(Paragraph::new(footer_line(keys)), footer);
-    question::draw(frame, area, keys);
+    question::draw(frame, area, keys, status.identified.as_ref());
 }
 
 fn footer_line(keys: &Keys) -> Line<'static> {

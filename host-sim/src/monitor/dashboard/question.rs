@@ -2,8 +2,11 @@
 
 use super::{BAD, FAINT};
 use crate::monitor::keys::{Keys, Question};
+use fixed::types::I8F24;
 use model_core::actuation::Segment;
+use model_core::protocol::IdentifiedSegment;
 use model_core::sequence::library;
+use model_core::units::Bend;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Rect};
 use ratatui::style::{Modifier, Style};
@@ -11,7 +14,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Clear, Paragraph};
 
 /// The keys, for the box that explains them.
-const HELP: [&str; 14] = [
+const HELP: [&str; 15] = [
     "v        vents at once, whatever is open",
     "r        runs a sequence: choose it from a list",
     "p  g     pauses; goes on",
@@ -20,6 +23,7 @@ const HELP: [&str; 14] = [
     "c        clears a latched fault whose cause is gone",
     "a        marks all alarms as seen",
     "z        takes what the vented sensors read as zero",
+    "i        what the device has identified; takes it",
     "l        loads the coefficients of --calibration",
     "q ctrl-c vents and quits",
     "Q        quits and leaves the device as it is; one that",
@@ -29,7 +33,7 @@ const HELP: [&str; 14] = [
 ];
 
 /// Draws the open question, if there is one.
-pub fn draw(frame: &mut Frame, area: Rect, keys: &Keys) {
+pub fn draw(frame: &mut Frame, area: Rect, keys: &Keys, identified: Option<&[IdentifiedSegment; 3]>) {
     let (title, lines) = match &keys.question {
         Question::None => return,
         Question::Help => (" keys, Esc closes ", HELP.into_iter().map(Line::raw).collect()),
@@ -51,6 +55,7 @@ pub fn draw(frame: &mut Frame, area: Rect, keys: &Keys) {
             ],
         ),
         Question::Calibrate => (" load coefficients? y / n ", coefficients(keys)),
+        Question::Adopt => (" use what was identified? y / n ", found(identified)),
     };
     let width = lines.iter().map(Line::width).max().unwrap_or(0).max(title.len()) as u16 + 4;
     let place: Rect = area.centered(
@@ -69,6 +74,22 @@ fn sequences(chosen: usize) -> Vec<Line<'static>> {
         Line::styled(format!("{:<16}{seconds:7.1} s  {description:<44}", sequence.name), style)
     };
     library::ALL.iter().enumerate().map(line).collect()
+}
+
+fn found(identified: Option<&[IdentifiedSegment; 3]>) -> Vec<Line<'static>> {
+    let Some(identified) = identified else { return vec![Line::styled("the device has not answered yet", FAINT)] };
+    let line = |(segment, own): (Segment, &IdentifiedSegment)| {
+        let name = segment.name();
+        if !own.ready {
+            return Line::styled(format!("{name:<9} not yet: {} points", own.points), FAINT);
+        }
+        let [k, c1, c2] = own.coefficients.map(|bits| I8F24::from_bits(bits).to_num::<f64>());
+        let off = Bend::from_bits(own.residual_bend).to_f64();
+        Line::raw(format!("{name:<9} k {k:.3}  c1 {c1:.3}  c2 {c2:.3} kPa  {off:.2} deg off  {} points", own.points))
+    };
+    let mut lines: Vec<_> = Segment::ALL.into_iter().zip(identified).map(line).collect();
+    lines.push(Line::styled("What is ready is taken and stored. The finger must be vented.", FAINT));
+    lines
 }
 
 fn coefficients(keys: &Keys) -> Vec<Line<'static>> {

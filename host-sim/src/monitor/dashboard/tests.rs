@@ -1,4 +1,4 @@
-use super::super::testing::told;
+use super::super::testing::{identified, told};
 use super::*;
 use crate::monitor::keys::Question;
 use crate::report::record::{Record, Source};
@@ -17,6 +17,7 @@ fn status() -> Status {
         quality: Quality { frames: 1200, telemetry: 1199, bad_crc: 1, bad_other: 1, lost: 3, ..Quality::default() },
         recording: Ok("bench.csv".into()),
         asked: None,
+        identified: Some(identified()),
         replay: None,
     }
 }
@@ -112,11 +113,15 @@ fn every_question_fits_the_smallest_terminal() {
         ("values", values("60,30,151", Some("151 kPa is outside 0..=150 kPa, the finger's working range"))),
         ("zero", Question::Zero),
         ("calibrate", Question::Calibrate),
+        ("adopt", Question::Adopt),
         ("help", Question::Help),
     ] {
         let keys = Keys { question, calibration, replay: false };
         golden(name, &drawn(&running(), &keys, &status(), SMALLEST));
     }
+    let keys = Keys { question: Question::Adopt, ..Keys::default() };
+    let unanswered = drawn(&running(), &keys, &Status { identified: None, ..status() }, SMALLEST);
+    assert!(text(&unanswered).contains("has not answered yet"));
 }
 
 #[test]
