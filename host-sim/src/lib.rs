@@ -34,5 +34,6 @@ pub mod pareto;
 pub mod plant;
 pub mod progress;
 pub mod report;
+mod run;
 pub mod simulate;
 pub mod trace;

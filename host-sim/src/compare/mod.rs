@@ -1,6 +1,7 @@
 //! Regulators side by side: the same plant, noise, seeds and scenarios.
 
 pub mod bound;
+pub(crate) mod command;
 pub mod contender;
 mod picture;
 pub mod scenario;

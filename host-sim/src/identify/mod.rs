@@ -1,6 +1,7 @@
 //! One calibration on a finger that the controller does not know: bends before, the sequence `calibrate`, what it
 //! identified, bends after.
 
+pub(crate) mod command;
 mod picture;
 
 use crate::plant::{Plant, PlantParameters, Scene};

@@ -26,6 +26,7 @@ use std::sync::atomic::AtomicBool;
 const SNAPSHOT: (u16, u16) = (100, 26);
 
 #[derive(Debug, Args)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a switch of the command line")]
 #[command(group = ArgGroup::new("from").required(true).args(["port", "elf", "replay"]))]
 pub(crate) struct MonitorArguments {
     /// The serial port of a device; auto takes the board's own.

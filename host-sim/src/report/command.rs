@@ -1,7 +1,8 @@
 //! `host-sim report` on the command line.
 
 use super::recording;
-use crate::cli::{Failure, folder, print, text};
+use crate::cli::{Failure, folder, print};
+use crate::run::text;
 use clap::Args;
 use std::path::PathBuf;
 
