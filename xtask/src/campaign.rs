@@ -7,10 +7,10 @@ use std::fs;
 /// The committed result.
 const RESULT: &str = "docs/figures/campaign.json";
 /// How many runs it has, and with which seed.
-const RUNS: &str = "30000";
+const RUNS: &str = "100000";
 const SEED: &str = "2026";
 
-/// Renews docs/campaign.md and its picture from the committed result; with `write`, the result too, which takes two cores a quarter of an hour.
+/// Renews docs/campaign.md and its picture from the committed result; with `write`, the result too, which takes two cores half an hour.
 pub fn campaign(write: bool) -> Result<()> {
     if write {
         let out = host_sim::campaign(&["--runs", RUNS, "--seed", SEED])?;

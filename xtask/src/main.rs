@@ -165,7 +165,7 @@ enum Chore {
     /// Writes docs/campaign.md and docs/images/detection-matrix.svg, with `--write` docs/figures/campaign.json too.
     /// Installs nothing.
     Campaign {
-        /// Runs the 30,000 runs anew first: a quarter of an hour on two cores.
+        /// Runs the 100,000 runs anew first: half an hour on two cores.
         #[arg(long)]
         write: bool,
     },

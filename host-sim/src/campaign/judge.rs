@@ -271,12 +271,11 @@ impl<'a> Judge<'a> {
         if !self.latched.intersects(FaultSet::VENTING) && !matches!(outputs.mode, Mode::Faulted(_)) {
             return;
         }
+        // What leaves through a hole alone, behind its own stuck valve, is nothing that can vent.
+        let case = self.case;
+        let vents = |chamber: usize| reference.vented_ms[chamber].is_some() && !own_valve_closed(case, now_ms, chamber);
         let energised = actuation != Actuation::SAFE;
         if energised && !self.energised {
-            // What leaves through a hole alone, behind its own stuck valve, is nothing that can vent.
-            let vents = |chamber: usize| {
-                reference.vented_ms[chamber].is_some() && !own_valve_closed(self.case, now_ms, chamber)
-            };
             let full = (0..3).find(|&chamber| vents(chamber) && chambers_kpa[chamber] >= VENTED_KPA);
             if let Some(chamber) = full {
                 let kpa = chambers_kpa[chamber];
@@ -293,8 +292,7 @@ impl<'a> Judge<'a> {
             }
         }
         if energised {
-            let lifted =
-                (0..3).find(|&chamber| chambers_kpa[chamber] > DIAGNOSIS_KPA && reference.vented_ms[chamber].is_some());
+            let lifted = (0..3).find(|&chamber| chambers_kpa[chamber] > DIAGNOSIS_KPA && vents(chamber));
             if let Some(chamber) = lifted {
                 let kpa = chambers_kpa[chamber];
                 self.violate(now_ms, Property::Energised, format!("a diagnosis lifts a chamber to {kpa:.1} kPa"));

@@ -344,8 +344,9 @@ impl Showing {
             }
             // The self test's 12 kPa bend a finger, too; nobody looks at it then.
             Kind::FingerBlocked | Kind::FingerPushed => {
-                truth.forced_deg[segment].abs() > self.off_deg(case)
-                    && look.outputs.is_some_and(|outputs| outputs.mode != Mode::SelfTest)
+                // The one sensor tells the sum: of two at once one can hide the other.
+                let off = truth.forced_deg[segment].abs().min(truth.forced_deg.iter().sum::<f64>().abs());
+                off > self.off_deg(case) && look.outputs.is_some_and(|outputs| outputs.mode != Mode::SelfTest)
             }
             // Electrical: see `Self::condition`. And cold valves work, late: nothing that must be told; what may not come of
             // it the other properties say.

@@ -191,6 +191,11 @@ fn light_or_dark_every_letter_and_curve_stands_out() {
             let found: f64 = page.evaluate(&format!("({ratio})('{colour}', 'page')")).expect("a ratio");
             assert!(found >= least, "dark {dark}: {colour} has a contrast of {found:.2}");
         }
+        // A picture has colours of its own: turned over on a dark page, and they keep their hue.
+        let turned: bool = page
+            .evaluate("getComputedStyle(document.querySelector('.picture svg')).filter != 'none'")
+            .expect("a style");
+        assert_eq!(turned, dark);
         // And it is these that the plots are drawn with.
         assert!(pixels_of(&page, 0, "proximal") > 100 && pixels_of(&page, 4, "distal") > 100);
         assert_eq!(page.complaints(), Vec::<String>::new());
