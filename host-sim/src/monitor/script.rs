@@ -10,6 +10,9 @@ use std::collections::VecDeque;
 
 /// Longest wait for the first frame, ms.
 const FIRST_FRAME_MS: u64 = 10_000;
+/// Time for which the device must have been vented before anything is asked of it, ms: after a self test, or another sequence, the last
+/// air still leaves, and what closes then keeps some degrees of bend.
+const VENTED_MS: u64 = 1000;
 /// Time that is still recorded after a sequence's end, ms: the finger is seen to vent.
 const AFTER_MS: u64 = 2000;
 
@@ -38,6 +41,8 @@ pub struct Script {
     for_ms: Option<u64>,
     stage: Stage,
     first_ms: Option<u64>,
+    /// Since when it is vented, ms.
+    vented_ms: Option<u64>,
     /// When the device took the sequence, ms.
     started_ms: Option<u64>,
     /// It was seen to run.
@@ -60,6 +65,7 @@ impl Script {
             for_ms,
             stage,
             first_ms: None,
+            vented_ms: None,
             started_ms: None,
             ran: false,
         }
@@ -116,9 +122,11 @@ impl Script {
             }
         }
         let mode = session.mode().filter(|_| up);
+        self.vented_ms = (mode == Some(LinkMode::Vented)).then(|| self.vented_ms.unwrap_or(now_ms));
+        let rests = self.vented_ms.is_some_and(|since| now_ms >= since + VENTED_MS);
         self.ran |= self.started() && matches!(mode, Some(LinkMode::Running | LinkMode::Paused));
         match (&self.stage, mode) {
-            (Stage::Asking, Some(LinkMode::Vented)) if session.idle() && !self.to_ask.is_empty() => {
+            (Stage::Asking, Some(LinkMode::Vented)) if rests && session.idle() && !self.to_ask.is_empty() => {
                 return self.to_ask.pop_front();
             }
             (Stage::Asking, Some(LinkMode::Faulted(_))) => {
@@ -214,7 +222,7 @@ mod tests {
         let (asked, end) = play(&mut script, None, LinkMode::Vented);
         assert_eq!(asked, [calibration, vec![run("all")]].concat());
         assert!(matches!(script.stage(), Stage::Finished(_)) && script.started(), "{script:?}");
-        assert!((3300..3600).contains(&end), "{end}");
+        assert!((4300..4600).contains(&end), "{end}");
     }
 
     #[test]
@@ -233,7 +241,7 @@ mod tests {
         let mut script = Script::new(Vec::new(), library::find("calibrate"), None).adopting(true);
         let (asked, end) = play(&mut script, None, LinkMode::Vented);
         assert_eq!(asked, [run("calibrate"), LinkCommand::AdoptIdentified]);
-        assert!(matches!(script.stage(), Stage::Finished(_)) && (3300..3700).contains(&end), "{end} {script:?}");
+        assert!(matches!(script.stage(), Stage::Finished(_)) && (4300..4700).contains(&end), "{end} {script:?}");
         let mut script = Script::new(Vec::new(), library::find("calibrate"), None).adopting(true);
         let (asked, _) = play(&mut script, None, LinkMode::Faulted(4));
         assert_eq!(asked, [run("calibrate")], "not after a fault");
@@ -241,8 +249,8 @@ mod tests {
 
     #[test]
     fn a_time_ends_it_whatever_the_sequence_does() {
-        let mut script = Script::new(Vec::new(), library::find("all"), Some(700));
-        assert_eq!(play(&mut script, None, LinkMode::Vented).1, 700);
+        let mut script = Script::new(Vec::new(), library::find("all"), Some(1700));
+        assert_eq!(play(&mut script, None, LinkMode::Vented).1, 1700);
         assert_eq!(script.stage(), &Stage::Running);
         let mut script = Script::new(Vec::new(), None, Some(500));
         assert_eq!(play(&mut script, None, LinkMode::Vented), (vec![], 500));

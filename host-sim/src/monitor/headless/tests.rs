@@ -90,10 +90,10 @@ fn malformed_frames_are_counted_and_the_others_are_recorded() {
 fn what_was_set_in_motion_is_vented_at_the_end_and_nothing_else_is() {
     let sequence = model_core::sequence::library::find("all");
     let running = |bytes: &mut Vec<u8>, now: u64| {
-        let mode = if now < 500 { LinkMode::Vented } else { LinkMode::Running };
+        let mode = if now < 1500 { LinkMode::Vented } else { LinkMode::Running };
         bytes.extend(frame(&Report::Telemetry(told(now as u32, mode))));
     };
-    let (summary, _, asked, bytes) = summarised(&mut Script::new(vec![], sequence, Some(1000)), Box::new(running));
+    let (summary, _, asked, bytes) = summarised(&mut Script::new(vec![], sequence, Some(2000)), Box::new(running));
     assert_eq!(asked.last(), Some(&LinkCommand::Vent));
     assert_eq!(summary.sequence_outcome.as_deref(), Some("running"));
     let events: Vec<_> = csv::read(&bytes)
