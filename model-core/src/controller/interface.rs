@@ -86,7 +86,8 @@ pub enum Command {
     Pause,
     /// Goes on after a pause.
     Resume,
-    /// Takes what the sensors read now as zero; only vented, and only within [`ZERO_LIMIT`] and [`BEND_ZERO_LIMIT`].
+    /// Takes what the sensors read now as zero; only vented, and only within [`ZERO_LIMIT`](super::ZERO_LIMIT)
+    /// and [`BEND_ZERO_LIMIT`](super::BEND_ZERO_LIMIT).
     ZeroSensors,
     /// Uses these coefficients for this segment; only vented.
     Calibrate(Segment, Coefficients),
