@@ -98,8 +98,7 @@ pub fn set_up() -> Result<Route> {
 /// Finds what the emulated board's engine is built with, a C compiler, `CMake` and libclang, installing what is missing
 /// where that can be done.
 pub fn set_up_emulator() -> Result<()> {
-    let found = |program: &str| command(program).arg("--version").output().is_ok_and(|output| output.status.success());
-    if found("cmake") && found("cc") && libclang() {
+    if runs("cmake") && runs("cc") && libclang() {
         return Ok(());
     }
     if !apt_as_root() {
@@ -111,9 +110,13 @@ pub fn set_up_emulator() -> Result<()> {
     install(&EMULATOR_PACKAGES)
 }
 
+/// Whether a program is there: it tells its version.
+fn runs(program: &str) -> bool {
+    command(program).arg("--version").output().is_ok_and(|output| output.status.success())
+}
+
 /// Whether there is a Chromium where the tests of the report look for it.
 pub fn has_browser() -> bool {
-    let runs = |program: &str| command(program).arg("--version").output().is_ok_and(|output| output.status.success());
     let named = std::env::var("CHROME").is_ok_and(|program| runs(&program));
     named || ["google-chrome-stable", "chromium", "chromium-browser"].into_iter().any(runs)
 }

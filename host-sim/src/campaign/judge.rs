@@ -349,6 +349,7 @@ impl<'a> Judge<'a> {
             let reached_ms = venting.below_since_ms[chamber].filter(|_| after_ms >= own_ms);
             if let Some(reached_ms) = reached_ms
                 && own_ms > 0
+                && after_ms == reached_ms.max(own_ms)
             {
                 let percent = (u64::from(reached_ms) * 100).div_ceil(u64::from(own_ms)) as u32;
                 let worst = self.outcome.vent_percent.get_or_insert(percent);

@@ -33,8 +33,7 @@ impl Reference {
         let mut reference = Self { vented_ms: [Some(0); 3], end_kpa: [0.0; 3], over_pressure: false };
         let mut over_ms = [0; 3];
         for ms in 0..=HORIZON_MS {
-            let truth = plant.truth();
-            let chambers_kpa = truth.chambers_kpa;
+            let chambers_kpa = plant.chambers_kpa();
             for (chamber, kpa) in chambers_kpa.into_iter().enumerate() {
                 if kpa >= VENTED_KPA {
                     reference.vented_ms[chamber] = (ms < HORIZON_MS).then_some(ms + 1);
@@ -43,9 +42,11 @@ impl Reference {
                 reference.over_pressure |= over_ms[chamber] > limit_ms;
             }
             reference.end_kpa = chambers_kpa;
-            let empty = truth.chambers_kpa.iter().chain([&truth.manifold_kpa]).all(|&kpa| kpa < VENTED_KPA);
-            if empty && ms >= STARTS_MS && truth.pump_speed < RUN_DOWN && !more_comes {
-                break;
+            if ms >= STARTS_MS && !more_comes && chambers_kpa.iter().all(|&kpa| kpa < VENTED_KPA) {
+                let truth = plant.truth();
+                if truth.manifold_kpa < VENTED_KPA && truth.pump_speed < RUN_DOWN {
+                    break;
+                }
             }
             plant.step(&Actuation::SAFE);
         }

@@ -314,11 +314,7 @@ impl Physics {
     /// Points 1 and 2 of the module's page, or their mirror image: one of so many chambers that are alike.
     fn alone(&self, start: &StepStart, chamber: Chamber, alike: f64, rise: bool) -> Alone {
         let mut source = Source::new(self, start, rise);
-        self.fill(chamber, rise, |chamber_kpa, into_nl| {
-            let manifold_kpa = source.manifold_kpa(self);
-            let flow = self.one_way(manifold_kpa, chamber_kpa, rise);
-            source.step(self, alike * into_nl(flow));
-        })
+        self.fill(chamber, rise, |chamber_kpa, into_nl| source.feed(self, alike, chamber_kpa, into_nl))
     }
 
     /// Point 5: through its valve from a manifold at the ceiling, or to one at the atmosphere.
@@ -395,12 +391,12 @@ impl Foremost {
         physics.volume_l(self.chamber.bend_rad)
     }
 
-    fn step(&mut self, physics: &Physics, time_ms: f64, rise: bool) {
-        let sign = if rise { 1.0 } else { -1.0 };
+    fn step(&mut self, physics: &Physics, time_ms: f64) {
         let source = &mut self.source;
+        let rise = source.rise;
+        let sign = if rise { 1.0 } else { -1.0 };
         physics.pass(&mut self.chamber, time_ms, rise, |chamber_kpa, into_nl| {
-            let flow = physics.one_way(source.manifold_kpa(physics), chamber_kpa, rise);
-            source.step(physics, into_nl(flow));
+            source.feed(physics, 1.0, chamber_kpa, into_nl);
         });
         let edge_nl = physics.content_nl(self.chamber.goal_kpa, self.chamber.bend_rad);
         if sign * (self.chamber.content_nl - edge_nl) > 0.0 {
@@ -431,7 +427,7 @@ impl Stairs {
     /// Rising, the largest volumes make the lowest pressures and the most flow; falling, the smallest the highest.
     fn bend(&mut self, physics: &Physics, time_ms: f64) {
         for (step, foremost) in self.steps.iter_mut().zip(&mut self.foremost) {
-            foremost.step(physics, time_ms, self.sign > 0.0);
+            foremost.step(physics, time_ms);
             step.1 = foremost.volume_l(physics);
         }
     }
@@ -490,6 +486,12 @@ impl Source {
 
     fn manifold_kpa(&self, physics: &Physics) -> f64 {
         physics.manifold_kpa(self.content_nl)
+    }
+
+    /// One step in which so many alike take through their valves what one takes at this absolute pressure.
+    fn feed(&mut self, physics: &Physics, alike: f64, chamber_kpa: f64, into_nl: &mut dyn FnMut(f64) -> f64) {
+        let flow = physics.one_way(self.manifold_kpa(physics), chamber_kpa, self.rise);
+        self.step(physics, alike * into_nl(flow));
     }
 
     /// One step in which `into_nl` went into chambers.

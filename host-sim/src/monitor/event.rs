@@ -96,9 +96,15 @@ pub fn is_restart(event: &str) -> bool {
     event == RESTARTED
 }
 
+/// k, c1, c2 in kPa; of 2^-24 kPa.
+#[must_use]
+pub fn coefficients_kpa(bits: [i32; 3]) -> [f64; 3] {
+    bits.map(|bits| I8F24::from_bits(bits).to_num())
+}
+
 /// A segment's coefficients in words; of 2^-24 kPa.
 fn coefficients(segment: Segment, bits: [i32; 3]) -> String {
-    let [k, c1, c2] = bits.map(|bits| I8F24::from_bits(bits).to_num::<f64>());
+    let [k, c1, c2] = coefficients_kpa(bits);
     format!("{} k {k:.3} c1 {c1:.3} c2 {c2:.3} kPa", segment.name())
 }
 

@@ -23,7 +23,7 @@ pub fn run(live: &mut Live, script: &mut Script, stop: &AtomicBool) -> Result<(S
             live.ask(command);
         }
     }
-    if script.started() && !matches!(script.stage(), Stage::Finished(_)) {
+    if script.started() && !matches!(script.stage(), Stage::Adopting | Stage::Finished(_)) {
         live.vent()?.iter().for_each(|row| tally.take(row));
     }
     live.leave();
@@ -46,7 +46,7 @@ pub fn run(live: &mut Live, script: &mut Script, stop: &AtomicBool) -> Result<(S
 fn summary(live: &Live, script: &Script, tally: &Tally) -> Summary {
     let quality = live.session.quality();
     let outcome = match script.stage() {
-        Stage::Finished(_) => "finished".to_owned(),
+        Stage::Adopting | Stage::Finished(_) => "finished".to_owned(),
         Stage::Failed(why) => why.clone(),
         Stage::Running if script.started() => "running".into(),
         Stage::Asking | Stage::Running => "not-started".into(),

@@ -23,6 +23,8 @@ pub enum Stage {
     Asking,
     /// The sequence runs, or there is none.
     Running,
+    /// The sequence has ended by itself, and the device was asked to use what it has identified.
+    Adopting,
     /// The sequence has ended by itself, at this time, ms.
     Finished(u64),
     /// It did not come to its end: why.
@@ -33,9 +35,8 @@ pub enum Stage {
 #[derive(Debug)]
 pub struct Script {
     to_ask: VecDeque<LinkCommand>,
-    /// What is asked when the sequence has ended, and whether it was.
-    at_the_end: Option<LinkCommand>,
-    asked_at_the_end: bool,
+    /// When the sequence has ended the device is to use what it has identified.
+    adopts: bool,
     sequence: Option<&'static Sequence>,
     /// Time to record, ms from the first frame on.
     for_ms: Option<u64>,
@@ -56,11 +57,9 @@ impl Script {
         let run = sequence.and_then(|sequence| SequenceName::try_from(sequence.name).ok()).map(LinkCommand::Run);
         let to_ask: VecDeque<_> = calibration.into_iter().chain(run).collect();
         let stage = if to_ask.is_empty() { Stage::Running } else { Stage::Asking };
-        let (at_the_end, asked_at_the_end) = (None, false);
         Self {
             to_ask,
-            at_the_end,
-            asked_at_the_end,
+            adopts: false,
             sequence,
             for_ms,
             stage,
@@ -74,7 +73,7 @@ impl Script {
     /// When the sequence has ended the device is to use what it has identified.
     #[must_use]
     pub fn adopting(self, adopts: bool) -> Self {
-        Self { at_the_end: adopts.then_some(LinkCommand::AdoptIdentified), ..self }
+        Self { adopts, ..self }
     }
 
     /// How far it is.
@@ -108,10 +107,7 @@ impl Script {
         for outcome in &outcomes {
             match outcome {
                 Outcome::Taken(LinkCommand::Run(_)) => self.started_ms = Some(now_ms),
-                Outcome::Taken(command) if self.at_the_end.as_ref() == Some(command) => {
-                    self.at_the_end = None;
-                    self.stage = Stage::Finished(now_ms);
-                }
+                Outcome::Taken(LinkCommand::AdoptIdentified) => self.stage = Stage::Finished(now_ms),
                 Outcome::Taken(_) => {}
                 Outcome::Refused(command, reason) => {
                     self.stage = Stage::Failed(format!("the device refused: {} ({reason:?})", event::name(command)));
@@ -138,14 +134,14 @@ impl Script {
             }
             // Telemetry from before the start may still come after the answer.
             (Stage::Running, Some(LinkMode::Vented)) if self.ran || self.must_be_over(now_ms) => {
+                if self.adopts {
+                    self.stage = Stage::Adopting;
+                    return Some(LinkCommand::AdoptIdentified);
+                }
                 self.stage = Stage::Finished(now_ms);
             }
-            (Stage::Finished(_), Some(LinkMode::Faulted(_))) if self.at_the_end.is_some() => {
+            (Stage::Adopting, Some(LinkMode::Faulted(_))) => {
                 self.stage = Stage::Failed("a fault came before what was identified was taken".into());
-            }
-            (Stage::Finished(_), Some(LinkMode::Vented)) if session.idle() && !self.asked_at_the_end => {
-                self.asked_at_the_end = true;
-                return self.at_the_end.clone();
             }
             _ => {}
         }
@@ -163,7 +159,7 @@ impl Script {
     pub fn over(&self, now_ms: u64) -> bool {
         match (self.for_ms, &self.stage) {
             (Some(span), _) => now_ms >= self.first_ms.unwrap_or(0) + span,
-            (None, Stage::Finished(at)) => self.at_the_end.is_none() && now_ms >= at + AFTER_MS,
+            (None, Stage::Finished(at)) => now_ms >= at + AFTER_MS,
             (None, Stage::Failed(_)) => true,
             (None, _) => false,
         }

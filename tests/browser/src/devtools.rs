@@ -34,8 +34,7 @@ const ARGUMENTS: [&str; 9] = [
 ];
 
 /// The Chromium on this machine: what `CHROME` names, or one on the path.
-#[must_use]
-pub fn chromium() -> Option<PathBuf> {
+fn chromium() -> Option<PathBuf> {
     let runs = |program: &PathBuf| {
         let mut version = Command::new(program);
         version.arg("--version").output().is_ok_and(|output| output.status.success())

@@ -19,8 +19,6 @@ use serde_json::{Value, json};
 use std::cell::RefCell;
 use std::path::Path;
 
-pub use devtools::chromium;
-
 /// The window, pixels.
 const WINDOW: (u32, u32) = (1200, 1000);
 

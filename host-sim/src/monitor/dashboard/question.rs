@@ -1,8 +1,8 @@
 //! What is asked of the operator, in a box over everything else.
 
 use super::{BAD, FAINT};
+use crate::monitor::event::coefficients_kpa;
 use crate::monitor::keys::{Keys, Question};
-use fixed::types::I8F24;
 use model_core::actuation::Segment;
 use model_core::protocol::IdentifiedSegment;
 use model_core::sequence::library;
@@ -83,7 +83,7 @@ fn found(identified: Option<&[IdentifiedSegment; 3]>) -> Vec<Line<'static>> {
         if !own.ready {
             return Line::styled(format!("{name:<9} not yet: {} points", own.points), FAINT);
         }
-        let [k, c1, c2] = own.coefficients.map(|bits| I8F24::from_bits(bits).to_num::<f64>());
+        let [k, c1, c2] = coefficients_kpa(own.coefficients);
         let off = Bend::from_bits(own.residual_bend).to_f64();
         Line::raw(format!("{name:<9} k {k:.3}  c1 {c1:.3}  c2 {c2:.3} kPa  {off:.2} deg off  {} points", own.points))
     };
